@@ -1,0 +1,64 @@
+// The paper's FanSplit record and PFanMesh (Suzuki, Okamoto, Kanai, section 4), on an integer grid.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "common/fans/ring_mesh.h"
+
+namespace fanstream {
+
+using GridPoint = glm::ivec3;
+
+// Where the parent lay between the two centres that were merged (the paper's g_predict).
+enum class ParentPosition : std::uint8_t {
+  kept = 0,    // at the centre that keeps the parent's number
+  middle = 1,  // halfway, rounded as halfway_offset says
+  added = 2,   // at the centre that the split adds
+};
+
+// One split of the fan of `root`: the new vertex takes the ring from position `first` to position `last` of the root's
+// canonical ring (RingMesh::split). Whether each of the two fans is open or closed afterwards (the paper's loop_predict)
+// follows from where kOutside stands. Normals are not transmitted: they are computed from the fans.
+struct FanSplit {
+  VertexId root = 0;
+  std::uint32_t first = 0;
+  std::uint32_t last = 0;
+  ParentPosition parent = ParentPosition::kept;
+  GridPoint displacement{0};  // from the kept centre to the added one (the paper's dV)
+};
+
+// The two centres' places from the parent's, and back. The middle is rounded down in even generations and up in odd ones, so that
+// repeated halving does not drift.
+inline GridPoint halfway_offset(GridPoint displacement, std::uint32_t generation) {
+  const int up = static_cast<int>(generation & 1U);
+  return {(displacement.x + up) >> 1, (displacement.y + up) >> 1, (displacement.z + up) >> 1};
+}
+
+struct SplitPlaces {
+  GridPoint kept;
+  GridPoint added;
+};
+inline SplitPlaces places_after_split(GridPoint parent, ParentPosition position, GridPoint displacement,
+                                      std::uint32_t generation) {
+  GridPoint kept = parent;
+  if (position == ParentPosition::middle) kept -= halfway_offset(displacement, generation);
+  if (position == ParentPosition::added) kept -= displacement;
+  return {kept, kept + displacement};
+}
+inline GridPoint place_after_merge(GridPoint kept, GridPoint added, ParentPosition position, std::uint32_t generation) {
+  if (position == ParentPosition::middle) return kept + halfway_offset(added - kept, generation);
+  return position == ParentPosition::kept ? kept : added;
+}
+
+// Position in ring `ring` at which the canonical ring starts: its smallest number (kOutside is the largest).
+inline std::uint32_t canonical_start(std::span<const VertexId> ring) {
+  std::uint32_t best = 0;
+  for (std::uint32_t i = 1; i < ring.size(); ++i) {
+    if (ring[i] < ring[best]) best = i;
+  }
+  return best;
+}
+
+}  // namespace fanstream

@@ -1,0 +1,185 @@
+#include "server/build/simplifier.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+
+namespace fanstream {
+namespace {
+
+struct Candidate {
+  double cost;
+  VertexId a;
+  VertexId b;
+  std::uint32_t stamp;  // sum of both ends' change counts when it was judged
+};
+
+// Orders a heap with the cheapest on top; ties by number, so that every machine makes the same model.
+bool dearer(const Candidate& x, const Candidate& y) {
+  if (x.cost != y.cost) return x.cost > y.cost;
+  return x.a != y.a ? x.a > y.a : x.b > y.b;
+}
+
+class Simplifier {
+ public:
+  Simplifier(const TriangleMesh& mesh, const SimplifyOptions& options)
+      : options_(options),
+        places_(mesh.positions),
+        rings_(RingMesh::from_triangles(mesh.positions.size(), mesh.triangles)),
+        cost_(make_quadric_cost(mesh, rings_)),
+        patch_root_(mesh.positions.size(), 0),
+        changes_(mesh.positions.size(), 0),
+        alive_(static_cast<std::uint32_t>(mesh.positions.size())) {
+    live_.resize(alive_);
+    for (VertexId v = 0; v < alive_; ++v) live_[v] = v;
+  }
+
+  MergeHistory run() {
+    MergeHistory history;
+    history.generation_begin.push_back(0);
+    const std::uint32_t start = alive_;
+    bool everything = false;  // the last resort: no limit on cost, faces may turn up to a right angle
+    while (alive_ > options_.base_vertices) {
+      ++generation_;
+      run_generation(history, everything);
+      const auto made = static_cast<std::uint32_t>(history.merges.size()) - history.generation_begin.back();
+      if (made != 0) history.generation_begin.push_back(static_cast<std::uint32_t>(history.merges.size()));
+      if (made == 0 && everything) break;
+      everything = made < alive_ / 50;
+      if (options_.progress) options_.progress(progress(start));
+    }
+    history.base = std::move(rings_);
+    history.base_vertices = alive_;
+    return history;
+  }
+
+ private:
+  double progress(std::uint32_t start) const {
+    const double done = static_cast<double>(start - alive_);
+    return done / std::max(1.0, static_cast<double>(start) - options_.base_vertices);
+  }
+
+  Candidate judge(VertexId a, VertexId b) const {
+    return {cost_->propose(a, b, places_[a], places_[b]).cost, a, b, changes_[a] + changes_[b]};
+  }
+
+  double gather(bool everything) {
+    heap_.clear();
+    for (const VertexId v : live_) {
+      for (const VertexId w : rings_.ring(v)) {
+        if (v < w && w != kOutside) heap_.push_back(judge(v, w));
+      }
+    }
+    const auto wanted = static_cast<std::size_t>(options_.edges_per_vertex * alive_);
+    if (everything || wanted >= heap_.size()) return std::numeric_limits<double>::infinity();
+    std::nth_element(heap_.begin(), heap_.begin() + static_cast<std::ptrdiff_t>(wanted), heap_.end(),
+                     [](const Candidate& x, const Candidate& y) { return dearer(y, x); });
+    const double limit = heap_[wanted].cost;
+    heap_.resize(wanted);
+    return limit;
+  }
+
+  void run_generation(MergeHistory& history, bool everything) {
+    const double limit = gather(everything);
+    std::make_heap(heap_.begin(), heap_.end(), dearer);
+    while (!heap_.empty() && alive_ > options_.base_vertices) {
+      std::pop_heap(heap_.begin(), heap_.end(), dearer);
+      const Candidate best = heap_.back();
+      heap_.pop_back();
+      if (!rings_.contains(best.a) || !rings_.contains(best.b)) continue;
+      if (best.stamp != changes_[best.a] + changes_[best.b]) continue;
+      try_merge(best, limit, everything, history);
+    }
+    live_.erase(std::remove_if(live_.begin(), live_.end(), [this](VertexId v) { return !rings_.contains(v); }),
+                live_.end());
+  }
+
+  // The conditions of the paper's section 2.3, with patches in the place of fans.
+  bool patches_allow(VertexId a, VertexId b) const {
+    const bool a_is_root = patch_root_[a] == generation_;
+    const bool b_is_root = patch_root_[b] == generation_;
+    if (a_is_root && b_is_root) return false;
+    const auto foreign_root = [&](VertexId w) {
+      return w != kOutside && w != a && w != b && patch_root_[w] == generation_;
+    };
+    const auto ring_a = rings_.ring(a);
+    const auto ring_b = rings_.ring(b);
+    return std::none_of(ring_a.begin(), ring_a.end(), foreign_root) &&
+           std::none_of(ring_b.begin(), ring_b.end(), foreign_root);
+  }
+
+  bool keeps_faces(VertexId centre, VertexId other, const glm::dvec3& target, bool everything) const {
+    const auto ring = rings_.ring(centre);
+    const double least = everything ? 0.0 : options_.least_normal_cosine;
+    const glm::dvec3& from = places_[centre];
+    for (std::size_t i = 0, n = ring.size(); i < n; ++i) {
+      const VertexId v = ring[i];
+      const VertexId w = ring[i + 1 == n ? 0 : i + 1];
+      if (v == kOutside || w == kOutside || v == other || w == other) continue;
+      const glm::dvec3 side = places_[w] - places_[v];
+      const glm::dvec3 before = glm::cross(side, from - places_[v]);
+      const glm::dvec3 after = glm::cross(side, target - places_[v]);
+      const double before2 = glm::dot(before, before);
+      if (before2 == 0.0) continue;
+      const double d = glm::dot(before, after);
+      if (d <= 0.0 || d * d < least * least * before2 * glm::dot(after, after)) return false;
+    }
+    return true;
+  }
+
+  void try_merge(const Candidate& best, double limit, bool everything, MergeHistory& history) {
+    if (!patches_allow(best.a, best.b)) return;
+    VertexId root = best.a;
+    VertexId removed = best.b;
+    if (patch_root_[removed] == generation_) std::swap(root, removed);
+    if (!rings_.can_merge(root, removed)) return;
+    if (rings_.ring_size(root) + rings_.ring_size(removed) - 4 > options_.longest_ring) return;
+    ParentPosition parent = cost_->propose(root, removed, places_[root], places_[removed]).parent;
+    // Between two centres without a patch, the one at which the parent lies keeps its number.
+    if (parent == ParentPosition::added && patch_root_[root] != generation_) {
+      std::swap(root, removed);
+      parent = ParentPosition::kept;
+    }
+    glm::dvec3 target = places_[root];
+    if (parent == ParentPosition::added) target = places_[removed];
+    if (parent == ParentPosition::middle) target = 0.5 * (places_[root] + places_[removed]);
+    if (parent != ParentPosition::kept && !keeps_faces(root, removed, target, everything)) return;
+    if (parent != ParentPosition::added && !keeps_faces(removed, root, target, everything)) return;
+
+    const RingMesh::Wings wings = rings_.wings(root, removed);
+    history.merges.push_back({root, removed, wings.first, wings.last, parent, static_cast<float>(best.cost)});
+    rings_.merge(root, removed);
+    cost_->merged(root, removed);
+    places_[root] = target;
+    patch_root_[root] = generation_;
+    ++changes_[root];
+    --alive_;
+    for (const VertexId w : rings_.ring(root)) {
+      if (w == kOutside) continue;
+      const Candidate next = judge(std::min(root, w), std::max(root, w));
+      if (next.cost > limit) continue;
+      heap_.push_back(next);
+      std::push_heap(heap_.begin(), heap_.end(), dearer);
+    }
+  }
+
+  const SimplifyOptions& options_;
+  std::vector<glm::dvec3> places_;
+  RingMesh rings_;
+  std::unique_ptr<MergeCost> cost_;
+  std::vector<std::uint32_t> patch_root_;  // the generation in which the vertex became a patch's root
+  std::vector<std::uint32_t> changes_;
+  std::vector<VertexId> live_;
+  std::vector<Candidate> heap_;
+  std::uint32_t alive_;
+  std::uint32_t generation_ = 0;
+};
+
+}  // namespace
+
+MergeHistory simplify(const TriangleMesh& mesh, const SimplifyOptions& options) {
+  return Simplifier(mesh, options).run();
+}
+
+}  // namespace fanstream
