@@ -15,7 +15,7 @@ struct SimplifyOptions {
   std::uint32_t base_vertices = 256;
   // A generation considers the cheapest edges, this many per vertex. More makes fewer and larger generations (smaller
   // files, less forced refinement) at the price of shape: cheap merges at patch borders wait while dearer ones go first.
-  double edges_per_vertex = 0.5;
+  double edges_per_vertex = 1.5;
   // A merge that would turn a face by more than this angle's cosine is refused.
   double least_normal_cosine = 0.2;
   // A merge that would give the parent a longer ring is refused.

@@ -1,0 +1,260 @@
+#include "common/asset/asset_layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <xxhash.h>
+
+#include "common/coding/base_coder.h"
+
+namespace fanstream {
+namespace {
+
+constexpr std::uint32_t kMagic = 0x4E415346U;  // "FSAN"
+
+}  // namespace
+
+double error_from_code(std::uint8_t code, double step) { return code == 0 ? 0.0 : step * std::exp2(code / 8.0 - 4.0); }
+
+std::uint8_t code_of_error(double error, double step) {
+  if (!(error > 0.0)) return 0;
+  return static_cast<std::uint8_t>(std::clamp(std::ceil(8.0 * (std::log2(error / step) + 4.0)), 1.0, 255.0));
+}
+
+std::uint16_t segment_checksum(std::span<const std::byte> bytes) {
+  return static_cast<std::uint16_t>(XXH3_64bits(bytes.data(), bytes.size()));
+}
+
+void write_preamble(const AssetPreamble& preamble, ByteWriter& out) {
+  out.u32(kMagic);
+  out.u32(kAssetVersion);
+  out.u64(preamble.head_bytes);
+  out.u64(preamble.index_bytes);
+  out.u64(preamble.segment_bytes);
+  for (const std::uint8_t byte : preamble.digest) out.u8(byte);
+}
+
+Result<AssetPreamble> read_preamble(std::span<const std::byte> data, const std::string& name) {
+  ByteReader in(data);
+  AssetPreamble preamble;
+  const std::uint32_t magic = in.u32();
+  const std::uint32_t version = in.u32();
+  preamble.head_bytes = in.u64();
+  preamble.index_bytes = in.u64();
+  preamble.segment_bytes = in.u64();
+  for (std::uint8_t& byte : preamble.digest) byte = in.u8();
+  if (in.failed()) return fail(ErrorKind::bad_input, name + ": cut short at byte " + std::to_string(data.size()) + ", a Fanstream asset has at least 48");
+  if (magic != kMagic) return fail(ErrorKind::bad_input, name + ": not a Fanstream asset (wrong first four bytes)");
+  if (version != kAssetVersion) {
+    return fail(ErrorKind::unsupported, name + ": asset version " + std::to_string(version) + ", this program reads version " +
+                                            std::to_string(kAssetVersion) + "; build the asset again");
+  }
+  constexpr std::uint64_t kMost = 1ULL << 40U;
+  if (preamble.head_bytes < kPreambleBytes || preamble.head_bytes > kMost || preamble.index_bytes > kMost ||
+      preamble.segment_bytes > kMost) {
+    return fail(ErrorKind::bad_input, name + ": impossible section sizes at byte 8");
+  }
+  return preamble;
+}
+
+void write_head(const AssetHead& head, std::span<const std::byte> coded_base, ByteWriter& out) {
+  out.varint(head.vertex_count);
+  out.varint(head.triangle_count);
+  out.varint(head.component_count);
+  head.grid.write(out);
+  out.u8(static_cast<std::uint8_t>(head.layer_ends.size()));
+  for (const std::uint8_t end : head.layer_ends) out.u8(end);
+  out.u8(static_cast<std::uint8_t>(head.slab_ends.size()));
+  for (const std::uint8_t end : head.slab_ends) out.u8(end);
+  out.varint(head.root_cell_count);
+  head.model.write(out);
+  out.varint(coded_base.size());
+  out.bytes(coded_base);
+}
+
+namespace {
+
+// Ends that rise strictly to `most` at the last.
+bool rises(const std::vector<std::uint8_t>& ends, std::size_t most) {
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    if (ends[i] == 0 || (i > 0 && ends[i] <= ends[i - 1])) return false;
+  }
+  return ends.empty() || ends.back() <= most;
+}
+
+Result<void> read_layers(ByteReader& in, AssetHead& head, const std::string& name) {
+  head.layer_ends.resize(in.u8());
+  for (std::uint8_t& end : head.layer_ends) end = in.u8();
+  head.slab_ends.resize(in.u8());
+  for (std::uint8_t& end : head.slab_ends) end = in.u8();
+  head.root_cell_count = static_cast<std::uint32_t>(std::min<std::uint64_t>(in.varint(), 0xFFFFFFFFU));
+  const bool layers_used = head.slab_ends.empty() ? head.layer_ends.empty() : head.slab_ends.back() == head.layer_ends.size();
+  if (in.failed() || !rises(head.layer_ends, 250) || !rises(head.slab_ends, head.layer_ends.size()) || !layers_used) {
+    return tl::unexpected(in.error(name, "impossible layers"));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string& name) {
+  ByteReader in(bytes);
+  in.bytes(kPreambleBytes);
+  AssetHead head;
+  const std::uint64_t vertices = in.varint();
+  const std::uint64_t triangles = in.varint();
+  const std::uint64_t components = in.varint();
+  if (in.failed() || vertices < 3 || vertices > kMostVertices || triangles == 0 || triangles > 4ULL * kMostVertices ||
+      components == 0 || components > vertices) {
+    return tl::unexpected(in.error(name, "impossible counts"));
+  }
+  head.vertex_count = static_cast<std::uint32_t>(vertices);
+  head.triangle_count = static_cast<std::uint32_t>(triangles);
+  head.component_count = static_cast<std::uint32_t>(components);
+  Result<PositionGrid> grid = PositionGrid::read(in);
+  if (!grid) return tl::unexpected(with_context(grid.error(), name));
+  head.grid = std::move(*grid);
+  if (Result<void> layers = read_layers(in, head, name); !layers) return tl::unexpected(layers.error());
+  const std::size_t model_at = in.position();
+  Result<SplitModel> model = SplitModel::read(in);
+  if (!model) return tl::unexpected(with_context(model.error(), name));
+  head.model = *model;
+  head.model_bytes = static_cast<std::uint32_t>(in.position() - model_at);
+  const std::uint64_t base_bytes = in.varint();
+  if (in.failed() || base_bytes != in.remaining()) return tl::unexpected(in.error(name, "FM0 does not fill the head"));
+  head.base_bytes = static_cast<std::uint32_t>(base_bytes);
+  Result<BaseMesh> base = decode_base(in.bytes(base_bytes), head.vertex_count);
+  if (!base) return tl::unexpected(with_context(base.error(), name + ": FM0"));
+  head.base = std::move(*base);
+  for (const GridPoint& place : head.base.places) {
+    if (!head.grid.contains(place)) return fail(ErrorKind::bad_input, name + ": FM0 has a vertex off the grid");
+  }
+  if (head.root_cell_count == 0 ? !head.layer_ends.empty() : head.root_cell_count > head.base.places.size()) {
+    return fail(ErrorKind::bad_input, name + ": impossible number of cells for FM0");
+  }
+  return head;
+}
+
+void write_index(const AssetIndex& index, const AssetHead& head, ByteWriter& out) {
+  for (const CellEntry& cell : index.cells) {
+    out.varint(cell.split_count);
+    if (cell.slab + 1 < head.slab_ends.size()) out.varint(cell.child_count);
+    for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
+      const SegmentEntry& segment = index.segments[cell.first_segment + s];
+      out.varint(segment.size_bytes);
+      if (segment.size_bytes == 0) continue;
+      out.u16(segment.checksum);
+      out.u8(segment.error_code);
+    }
+  }
+}
+
+namespace {
+
+class IndexReader {
+ public:
+  IndexReader(std::span<const std::byte> bytes, const AssetHead& head, const std::string& name)
+      : in_(bytes), head_(head), name_(name) {}
+
+  Result<AssetIndex> read(const AssetPreamble& preamble) {
+    std::uint64_t slab_cells = head_.root_cell_count;
+    std::uint32_t slab_first = 0;
+    for (std::uint32_t slab = 0; slab < head_.slab_ends.size(); ++slab) {
+      if (slab > 0) slab_cells = adopt_children(slab_first);
+      // Every cell takes at least two bytes.
+      if (slab_cells > in_.remaining()) return tl::unexpected(in_.error(name_, "more cells than bytes in the cell table"));
+      slab_first = static_cast<std::uint32_t>(index_.cells.size() - (slab > 0 ? slab_cells : 0));
+      if (slab == 0) index_.cells.resize(slab_cells);
+      for (std::uint32_t i = 0; i < slab_cells; ++i) {
+        if (Result<void> cell = read_cell(index_.cells[slab_first + i], slab); !cell) return tl::unexpected(cell.error());
+      }
+    }
+    if (in_.remaining() != 0) return tl::unexpected(in_.error(name_, "bytes left over in the cell table"));
+    if (vertices_ + head_.base.places.size() != head_.vertex_count) {
+      return fail(ErrorKind::bad_input, name_ + ": base vertices and splits do not add up to the vertex count");
+    }
+    return place_segments(preamble);
+  }
+
+ private:
+  // Appends the children of the slab that starts at `slab_first` and returns how many they are.
+  std::uint64_t adopt_children(std::uint32_t slab_first) {
+    const auto slab_end = static_cast<std::uint32_t>(index_.cells.size());
+    std::uint64_t total = 0;
+    for (std::uint32_t p = slab_first; p < slab_end; ++p) total += index_.cells[p].child_count;
+    if (total > in_.remaining()) return total;
+    index_.cells.resize(slab_end + total);
+    std::uint32_t child = slab_end;
+    for (std::uint32_t p = slab_first; p < slab_end; ++p) {
+      index_.cells[p].first_child = child;
+      for (std::uint32_t i = 0; i < index_.cells[p].child_count; ++i) index_.cells[child++].parent = p;
+    }
+    return total;
+  }
+
+  Result<void> read_cell(CellEntry& cell, std::uint32_t slab) {
+    const std::uint64_t splits = in_.varint();
+    const std::uint64_t children = slab + 1 < head_.slab_ends.size() ? in_.varint() : 0;
+    if (in_.failed() || splits > head_.vertex_count || children > head_.vertex_count) {
+      return tl::unexpected(in_.error(name_, "impossible cell"));
+    }
+    cell.slab = slab;
+    cell.split_count = static_cast<std::uint32_t>(splits);
+    cell.child_count = static_cast<std::uint32_t>(children);
+    cell.first_vertex = static_cast<VertexId>(head_.base.places.size() + vertices_);
+    vertices_ += splits;
+    cell.first_segment = static_cast<std::uint32_t>(index_.segments.size());
+    cell.segment_count = head_.slab_ends[slab] - head_.layer_begin(slab);
+    if (vertices_ > head_.vertex_count) return tl::unexpected(in_.error(name_, "more splits than vertices"));
+    for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
+      SegmentEntry segment;
+      const std::uint64_t size = in_.varint();
+      if (size > 0xFFFFFFU) return tl::unexpected(in_.error(name_, "impossible segment size"));
+      segment.size_bytes = static_cast<std::uint32_t>(size);
+      if (size > 0) {
+        segment.checksum = in_.u16();
+        segment.error_code = in_.u8();
+      }
+      index_.segments.push_back(segment);
+    }
+    if (in_.failed()) return tl::unexpected(in_.error(name_, "cell table cut short"));
+    return {};
+  }
+
+  Result<AssetIndex> place_segments(const AssetPreamble& preamble) {
+    std::vector<std::uint64_t> layer_bytes(head_.layer_ends.size() + 1, 0);
+    const auto each = [this](auto&& use) {
+      for (const CellEntry& cell : index_.cells) {
+        for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
+          use(head_.layer_begin(cell.slab) + s, index_.segments[cell.first_segment + s]);
+        }
+      }
+    };
+    each([&](std::uint32_t layer, const SegmentEntry& segment) { layer_bytes[layer + 1] += segment.size_bytes; });
+    for (std::size_t l = 1; l < layer_bytes.size(); ++l) layer_bytes[l] += layer_bytes[l - 1];
+    if (layer_bytes.back() != preamble.segment_bytes) {
+      return fail(ErrorKind::bad_input, name_ + ": segment sizes do not add up to the segment section");
+    }
+    const std::uint64_t start = preamble.head_bytes + preamble.index_bytes;
+    each([&](std::uint32_t layer, SegmentEntry& segment) {
+      segment.offset = start + layer_bytes[layer];
+      layer_bytes[layer] += segment.size_bytes;
+    });
+    return std::move(index_);
+  }
+
+  ByteReader in_;
+  const AssetHead& head_;
+  const std::string& name_;
+  AssetIndex index_;
+  std::uint64_t vertices_ = 0;  // made by the cells so far
+};
+
+}  // namespace
+
+Result<AssetIndex> read_index(std::span<const std::byte> index, const AssetPreamble& preamble, const AssetHead& head,
+                              const std::string& name) {
+  return IndexReader(index, head, name + ": cell table").read(preamble);
+}
+
+}  // namespace fanstream

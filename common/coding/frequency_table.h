@@ -1,0 +1,52 @@
+// Static symbol frequencies for range coding.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace fanstream {
+
+// Up to 32 symbols whose frequencies add up to 2^15; every symbol has at least 2, so that anything can be coded.
+class FrequencyTable {
+ public:
+  static constexpr int kBits = 15;
+  static constexpr std::uint32_t kTotal = 1U << kBits;
+  static constexpr int kMaxSymbols = 32;
+
+  FrequencyTable() : FrequencyTable(1) {}
+  explicit FrequencyTable(int symbols);  // all alike
+
+  // Frequencies in proportion to non-negative weights. The same weights give the same table on every machine.
+  // Precondition: 1..32 weights.
+  static FrequencyTable from_weights(std::span<const double> weights);
+
+  int symbol_count() const { return symbols_; }
+  std::uint16_t start(int symbol) const { return start_[static_cast<std::size_t>(symbol)]; }
+  std::uint16_t frequency(int symbol) const {
+    return static_cast<std::uint16_t>(start_[static_cast<std::size_t>(symbol) + 1] - start_[static_cast<std::size_t>(symbol)]);
+  }
+  // The symbol whose range holds `slot` < kTotal. Written for the vectoriser: all starts are compared at once.
+  int find(std::uint32_t slot) const {
+    const auto wanted = static_cast<std::int16_t>(slot < kTotal - 2 ? slot : kTotal - 2);
+    std::int16_t found = 0;
+    for (int i = 0; i < kMaxSymbols; ++i) {
+      found = static_cast<std::int16_t>(found + (search_[static_cast<std::size_t>(i)] <= wanted ? 1 : 0));
+    }
+    return found - 1;
+  }
+  // Bits that coding `symbol` costs.
+  double cost_bits(int symbol) const;
+
+ private:
+  struct NoInit {};
+  explicit FrequencyTable(NoInit /*tag*/) {}
+  void set_starts(std::span<const std::uint32_t> frequencies);
+
+  alignas(64) std::array<std::int16_t, kMaxSymbols> search_{};  // starts, then 32767, which find() never looks for
+  std::array<std::uint16_t, kMaxSymbols + 1> start_{};
+  int symbols_ = 1;
+};
+
+}  // namespace fanstream

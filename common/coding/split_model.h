@@ -1,0 +1,86 @@
+// The statistics that FanSplits are coded with: one set per asset, built-in where an asset is too small to pay for its own.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "common/coding/frequency_table.h"
+#include "common/support/byte_io.h"
+#include "common/support/result.h"
+
+namespace fanstream {
+
+// How a root's ring lies to the outside: closed, or open with kOutside as a wing, on the new vertex's side, or on the other.
+enum class Opening : std::uint8_t { closed = 0, wing = 1, taken = 2, left = 3 };
+
+// Symbol tables by context. `index` functions give the table of a context; every context is clamped into range.
+struct SymbolContexts {
+  static constexpr int kRingClasses = 13;  // ring sizes 3..14, then more
+  static constexpr int kCountContexts = 12 * 8;
+  static constexpr int kOpeningFirst = kCountContexts;
+  static constexpr int kLengthFirst = kOpeningFirst + kRingClasses;
+  static constexpr int kRankFirst = kLengthFirst + 4 * kRingClasses;
+  static constexpr int kParentFirst = kRankFirst + kRingClasses * 8;
+  static constexpr int kTables = kParentFirst + 4;
+
+  static int ring_class(std::uint32_t size) { return size < 3 ? 0 : size > 15 ? 12 : static_cast<int>(size) - 3; }
+  // How many splits a vertex gets: by its valence and the generations since it was last split or made.
+  static int split_count(std::uint32_t valence, std::uint32_t age);
+  static int opening(std::uint32_t ring) { return kOpeningFirst + ring_class(ring); }
+  static int length(Opening opening, std::uint32_t ring) {
+    return kLengthFirst + static_cast<int>(opening) * kRingClasses + ring_class(ring);
+  }
+  static int rank(std::uint32_t ring, std::uint32_t length) {
+    return kRankFirst + ring_class(ring) * 8 + static_cast<int>(length < 8 ? length - 1 : 7);
+  }
+  static int parent(bool last_of_patch, bool open) { return kParentFirst + (last_of_patch ? 0 : 2) + (open ? 1 : 0); }
+  static int symbol_count(int table);
+};
+
+// Linear prediction of the place of the centre that a split reveals, from four features of the ring
+// (RingFeatures); weights in 64ths. By what is predicted, by opening and by arc length.
+struct PredictionContexts {
+  static constexpr int kFeatures = 4;
+  static constexpr int kArcClasses = 8;
+  static constexpr int kClasses = 2 * 2 * kArcClasses;
+  static int index(bool middle, bool open, std::uint32_t arc) {
+    const int arc_class = static_cast<int>(arc < kArcClasses ? arc : kArcClasses) - 1;
+    return ((middle ? 1 : 0) * 2 + (open ? 1 : 0)) * kArcClasses + arc_class;
+  }
+};
+
+// Expected size of what the prediction leaves, as 8ths of a binary logarithm of grid steps: along the predicted direction
+// and across it by the ring's mean spoke, along the normal by its bend and by the two's ratio.
+struct SpreadContexts {
+  static constexpr int kSizes = 28;  // half octaves from 2^-2
+  static constexpr int kRatios = 3;
+  static constexpr int kAlong = 0;
+  static constexpr int kAcross = kSizes;
+  static constexpr int kNormal = 2 * kSizes;
+  static constexpr int kMiddleShift = kNormal + kSizes * kRatios;
+  static constexpr int kSpreads = kMiddleShift + 1;
+  static int size_class(float size);
+  static int normal(float bend, float mean_length);
+};
+
+// Immutable once made. Thread safe to read.
+struct SplitModel {
+  std::array<FrequencyTable, SymbolContexts::kTables> symbols;
+  std::array<std::array<std::int8_t, PredictionContexts::kFeatures>, PredictionContexts::kClasses> weights{};
+  std::array<std::int8_t, SpreadContexts::kSpreads> spreads{};
+
+  SplitModel();  // the built-in statistics
+  // What differs from the built-in statistics; read() fails on anything malformed and names the byte.
+  void write(ByteWriter& out) const;
+  static Result<SplitModel> read(ByteReader& in);
+};
+
+// Coded weights of one symbol table: -2 log2 of each symbol's share, 0..31.
+using CodedWeights = std::vector<std::uint8_t>;
+CodedWeights coded_weights(std::span<const double> counts);
+FrequencyTable table_of(std::span<const std::uint8_t> coded);
+
+}  // namespace fanstream
