@@ -303,15 +303,13 @@ SurfacePoint TriangleTree::closest(const glm::dvec3& query, std::uint32_t hint) 
       continue;
     }
     const Node& node = nodes_[next.child];
-    float squared[kChildren] = {};
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int i = 0; i < kChildren; ++i) {
-        const float below = node.low[axis][i] - at[axis];
-        const float above = at[axis] - node.high[axis][i];
-        const float outside = below > above ? below : above;
-        const float gap = outside > 0.0F ? outside : 0.0F;
-        squared[i] += gap * gap;
-      }
+    FourFloats squared{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const FourFloats below = node.low[axis] - at[axis];
+      const FourFloats above = at[axis] - node.high[axis];
+      const FourFloats outside = below > above ? below : above;
+      const FourFloats gap = outside > 0.0F ? outside : FourFloats{};
+      squared += gap * gap;
     }
     // Pushed in order of decreasing distance, so that the nearest child comes off the stack first.
     const std::size_t bottom = stack_size;

@@ -44,10 +44,13 @@ class TriangleTree {
  private:
   static constexpr int kChildren = 4;
 
+  // One lane per child: compilers do not vectorise the box distances from plain arrays. GCC and clang, any target.
+  using FourFloats = float __attribute__((vector_size(16)));
+
   struct alignas(64) Node {
     // Boxes in units of the root box's largest extent, seen from its centre.
-    float low[3][kChildren];
-    float high[3][kChildren];
+    FourFloats low[3];
+    FourFloats high[3];
     // A leaf's first slot, or a node's index; empty children have a box that nothing reaches.
     std::uint32_t child[kChildren];
     std::uint32_t triangle_count[kChildren];  // 0 for a node

@@ -54,7 +54,7 @@ TEST(MeshDistance, OfAPartToTheWholeDiffersByDirection) {
 }
 
 TEST(MeshDistance, OfConcentricSpheresIsTheDifferenceOfTheirRadii) {
-  const MeshDistance distance = measured(octasphere(6, 1.0), octasphere(6, 1.1));
+  const MeshDistance distance = measured(octasphere(6, 1.0), octasphere(6, 1.1), {20'000, 1});
   EXPECT_NEAR(distance.forward.rms, 0.1, 1e-3);
   EXPECT_NEAR(distance.backward.rms, 0.1, 1e-3);
   EXPECT_NEAR(distance.max(), 0.1, 1e-3);
@@ -64,7 +64,7 @@ TEST(MeshDistance, OfConcentricSpheresIsTheDifferenceOfTheirRadii) {
 
 // Chords of a sphere: the octahedron's corners lie on the sphere, its face centres are deepest inside.
 TEST(MeshDistance, MaximumFindsTheDeepestPointOfACoarseSphere) {
-  const MeshDistance distance = measured(octasphere(7, 1.0), octasphere(0, 1.0));
+  const MeshDistance distance = measured(octasphere(6, 1.0), octasphere(0, 1.0), {10'000, 1});
   EXPECT_NEAR(distance.forward.max, 1.0 - 1.0 / std::sqrt(3.0), 1e-3);
   EXPECT_NEAR(std::abs(distance.forward.max_position.x), 1.0 / std::sqrt(3.0), 2e-2);
 }
@@ -72,8 +72,8 @@ TEST(MeshDistance, MaximumFindsTheDeepestPointOfACoarseSphere) {
 TEST(MeshDistance, SwappingTheMeshesSwapsTheDirections) {
   const TriangleMesh a = octasphere(3, 1.0);
   const TriangleMesh b = octasphere(4, 1.2);
-  const MeshDistance one = measured(a, b);
-  const MeshDistance other = measured(b, a);
+  const MeshDistance one = measured(a, b, {20'000, 1});
+  const MeshDistance other = measured(b, a, {20'000, 1});
   EXPECT_EQ(one.forward.rms, other.backward.rms);
   EXPECT_EQ(one.backward.max, other.forward.max);
   EXPECT_EQ(one.rms(), other.rms());
