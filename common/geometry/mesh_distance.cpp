@@ -124,13 +124,6 @@ DirectedDistance measure(const TriangleMesh& from, const std::vector<std::uint32
   return measurement.result();
 }
 
-// The order of the tree's leaves.
-std::vector<std::uint32_t> order_of(const TriangleTree& tree) {
-  std::vector<std::uint32_t> order(tree.triangle_count());
-  for (std::uint32_t slot = 0; slot < order.size(); ++slot) order[slot] = tree.triangle(slot);
-  return order;
-}
-
 double diagonal_of_surface(const TriangleMesh& mesh) {
   std::vector<glm::dvec3> corners;
   corners.reserve(mesh.triangles.size() * 3);
@@ -156,7 +149,7 @@ Result<DirectedDistance> directed_distance(const TriangleMesh& from, const Trian
   // Its own tree checks the mesh and gives an order along the surface, which saves more than building it takes.
   const Result<TriangleTree> tree = TriangleTree::build(from);
   if (!tree) return tl::unexpected<Error>(tree.error());
-  return measure(from, order_of(*tree), to, options);
+  return measure(from, tree->triangles_in_order(), to, options);
 }
 
 Result<MeshDistance> mesh_distance(const TriangleMesh& a, const TriangleTree& tree_of_a, const TriangleMesh& b,
@@ -164,8 +157,8 @@ Result<MeshDistance> mesh_distance(const TriangleMesh& a, const TriangleTree& tr
   const Result<TriangleTree> tree_of_b = TriangleTree::build(b);
   if (!tree_of_b) return tl::unexpected<Error>(with_context(tree_of_b.error(), "second mesh"));
   MeshDistance distance;
-  distance.forward = measure(a, order_of(tree_of_a), *tree_of_b, options);
-  distance.backward = measure(b, order_of(*tree_of_b), tree_of_a, options);
+  distance.forward = measure(a, tree_of_a.triangles_in_order(), *tree_of_b, options);
+  distance.backward = measure(b, tree_of_b->triangles_in_order(), tree_of_a, options);
   distance.diagonal = diagonal_of_surface(a);
   return distance;
 }

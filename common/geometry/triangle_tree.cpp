@@ -22,7 +22,8 @@ constexpr int kHeuristicDepth = 40;
 constexpr std::size_t kStackSize = 256;
 // Rounding a query to floats, and box distances computed in floats, can go wrong by this much of the root box.
 constexpr float kBoxPadding = 4e-7F;
-constexpr double kFarthest = 1e18;  // in units of the root box; its square fits a float
+constexpr double kDegenerate = 1e-20;  // squared height over squared edge, as in closest_point_on_triangle
+constexpr double kFarthest = 1e18;     // in units of the root box; its square fits a float
 
 struct FloatBox {
   std::array<float, 3> low{INFINITY, INFINITY, INFINITY};
@@ -66,6 +67,28 @@ struct Split {
   }
 };
 
+using Lanes = double __attribute__((vector_size(16)));
+
+// A vector in each lane.
+struct Vector3 {
+  Lanes x, y, z;
+};
+inline Vector3 operator-(const Vector3& a, const Vector3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Lanes dot(const Vector3& a, const Vector3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vector3 cross(const Vector3& a, const Vector3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+// From a point to an edge; both are seen from the edge's first end.
+inline Lanes squared_to_edge(const Vector3& point, const Vector3& edge, const Lanes& squared_length) {
+  const Lanes along = dot(point, edge);
+  const Lanes part = along / squared_length;  // not a number on an edge without length: then the first end
+  const Lanes from_first = part > 0.0 ? part : Lanes{};
+  const Lanes clamped = from_first < 1.0 ? from_first : Lanes{1.0, 1.0};
+  const Vector3 offset{point.x - edge.x * clamped, point.y - edge.y * clamped, point.z - edge.z * clamped};
+  return dot(offset, offset);
+}
+
 }  // namespace
 
 class TriangleTree::Builder {
@@ -76,8 +99,9 @@ class TriangleTree::Builder {
     set_frame();
     make_primitives();
     tree_.nodes_.reserve(primitives_.size() / 4 + 1);
-    tree_.corners_.reserve(primitives_.size());
-    tree_.triangles_.reserve(primitives_.size());
+    tree_.pairs_.reserve(primitives_.size() * 2 / 3);
+    tree_.triangles_.reserve(primitives_.size() * 4 / 3);
+    tree_.triangle_count_ = primitives_.size();
     make_node(whole(0, static_cast<std::uint32_t>(primitives_.size()), 0));
   }
 
@@ -216,7 +240,7 @@ class TriangleTree::Builder {
     const std::uint32_t child = range.size() == 0 ? 0 : leaf ? make_leaf(range) : make_node(range);
     Node& node = tree_.nodes_[node_index];
     node.child[i] = child;
-    node.triangle_count[i] = leaf ? range.size() : 0;
+    node.pair_count[i] = leaf ? (range.size() + 1) / 2 : 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       node.low[axis][i] = range.box.low[axis] - kBoxPadding;
       node.high[axis][i] = range.box.high[axis] + kBoxPadding;
@@ -224,11 +248,20 @@ class TriangleTree::Builder {
   }
 
   std::uint32_t make_leaf(const Range& range) {
-    const auto first = static_cast<std::uint32_t>(tree_.corners_.size());
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const Triangle& t = mesh_.triangles[primitives_[i].triangle];
-      tree_.corners_.push_back({mesh_.positions[t[0]], mesh_.positions[t[1]], mesh_.positions[t[2]]});
-      tree_.triangles_.push_back(primitives_[i].triangle);
+    const auto first = static_cast<std::uint32_t>(tree_.pairs_.size());
+    for (std::uint32_t i = range.begin; i < range.end; i += 2) {
+      Pair& pair = tree_.pairs_.emplace_back();
+      for (int lane = 0; lane < 2; ++lane) {
+        const std::uint32_t triangle =
+            primitives_[std::min(i + static_cast<std::uint32_t>(lane), range.end - 1)].triangle;
+        const Triangle& t = mesh_.triangles[triangle];
+        for (int axis = 0; axis < 3; ++axis) {
+          pair.a[axis][lane] = mesh_.positions[t[0]][axis];
+          pair.b[axis][lane] = mesh_.positions[t[1]][axis];
+          pair.c[axis][lane] = mesh_.positions[t[2]][axis];
+        }
+        tree_.triangles_.push_back(triangle);
+      }
     }
     return first;
   }
@@ -263,18 +296,58 @@ Result<TriangleTree> TriangleTree::build(const TriangleMesh& mesh) {
   return tree;
 }
 
-void TriangleTree::offer(const glm::dvec3& query, std::uint32_t slot, SurfacePoint& best) const {
-  const Corners& t = corners_[slot];
-  const glm::dvec3 point = closest_point_on_triangle(query, t.a, t.b, t.c);
-  const glm::dvec3 offset = query - point;
-  const double squared = glm::dot(offset, offset);
-  if (squared < best.squared_distance) best = {point, squared, slot};
+std::vector<std::uint32_t> TriangleTree::triangles_in_order() const {
+  std::vector<std::uint32_t> order;
+  order.reserve(triangle_count_);
+  for (std::size_t slot = 0; slot < triangles_.size(); ++slot) {
+    const bool repeated = slot % 2 == 1 && triangles_[slot] == triangles_[slot - 1];
+    if (!repeated) order.push_back(triangles_[slot]);
+  }
+  return order;
+}
+
+// closest_point_on_triangle for two triangles at once and without branches: that of the three edges that is closest,
+// unless the query projects into the triangle. The edges alone are right for degenerate triangles.
+TriangleTree::TwoDoubles TriangleTree::squared_distances(const TwoDoubles (&query)[3], const Pair& pair) {
+  const Vector3 aq = Vector3{query[0], query[1], query[2]} - Vector3{pair.a[0], pair.a[1], pair.a[2]};
+  const Vector3 bq = Vector3{query[0], query[1], query[2]} - Vector3{pair.b[0], pair.b[1], pair.b[2]};
+  const Vector3 ab = Vector3{pair.b[0], pair.b[1], pair.b[2]} - Vector3{pair.a[0], pair.a[1], pair.a[2]};
+  const Vector3 ac = Vector3{pair.c[0], pair.c[1], pair.c[2]} - Vector3{pair.a[0], pair.a[1], pair.a[2]};
+  const Vector3 bc = Vector3{pair.c[0], pair.c[1], pair.c[2]} - Vector3{pair.b[0], pair.b[1], pair.b[2]};
+  const Lanes ab_ab = dot(ab, ab);
+  const Lanes ac_ac = dot(ac, ac);
+  const Lanes to_ab = squared_to_edge(aq, ab, ab_ab);
+  const Lanes to_ac = squared_to_edge(aq, ac, ac_ac);
+  const Lanes to_bc = squared_to_edge(bq, bc, dot(bc, bc));
+  const Lanes to_two = to_ab < to_ac ? to_ab : to_ac;
+  const Lanes to_edges = to_two < to_bc ? to_two : to_bc;
+
+  const Vector3 normal = cross(ab, ac);
+  const Lanes area = dot(normal, normal);
+  const Lanes weight_b = dot(cross(aq, ac), normal);
+  const Lanes weight_c = dot(cross(ab, aq), normal);
+  const Lanes weight_a = area - weight_b - weight_c;
+  const Lanes longest = ab_ab > ac_ac ? ab_ab : ac_ac;
+  const auto inside =
+      (area > kDegenerate * longest * longest) & (weight_a >= 0.0) & (weight_b >= 0.0) & (weight_c >= 0.0);
+  const Lanes b = weight_b / area;
+  const Lanes c = weight_c / area;
+  const Vector3 offset{aq.x - ab.x * b - ac.x * c, aq.y - ab.y * b - ac.y * c, aq.z - ab.z * b - ac.z * c};
+  return inside ? dot(offset, offset) : to_edges;
+}
+
+void TriangleTree::offer(const TwoDoubles (&query)[3], std::uint32_t pair, Nearest& best) const {
+  const TwoDoubles squared = squared_distances(query, pairs_[pair]);
+  for (std::uint32_t lane = 0; lane < 2; ++lane) {
+    if (squared[lane] < best.squared_distance) best = {squared[lane], pair * 2 + lane};
+  }
 }
 
 SurfacePoint TriangleTree::closest(const glm::dvec3& query, std::uint32_t hint) const {
-  assert(!corners_.empty());
-  SurfacePoint best;
-  offer(query, hint < corners_.size() ? hint : 0, best);
+  assert(!pairs_.empty());
+  const TwoDoubles lanes[3] = {{query.x, query.x}, {query.y, query.y}, {query.z, query.z}};
+  Nearest best;
+  offer(lanes, hint / 2 < pairs_.size() ? hint / 2 : 0, best);
 
   // Clamping can only bring a query nearer to the boxes, which costs time and no correctness.
   const glm::dvec3 local = glm::clamp((query - centre_) * scale_, -kFarthest, kFarthest);
@@ -289,7 +362,7 @@ SurfacePoint TriangleTree::closest(const glm::dvec3& query, std::uint32_t hint) 
   struct Pending {
     float squared_distance;
     std::uint32_t child;
-    std::uint32_t triangle_count;
+    std::uint32_t pair_count;
   };
   std::array<Pending, kStackSize> stack;
   std::size_t stack_size = 0;
@@ -297,8 +370,8 @@ SurfacePoint TriangleTree::closest(const glm::dvec3& query, std::uint32_t hint) 
   while (stack_size > 0 && best.squared_distance > 0.0) {
     const Pending next = stack[--stack_size];
     if (next.squared_distance > limit) continue;
-    if (next.triangle_count > 0) {
-      for (std::uint32_t i = 0; i < next.triangle_count; ++i) offer(query, next.child + i, best);
+    if (next.pair_count > 0) {
+      for (std::uint32_t i = 0; i < next.pair_count; ++i) offer(lanes, next.child + i, best);
       limit = limit_of(best.squared_distance);
       continue;
     }
@@ -315,13 +388,17 @@ SurfacePoint TriangleTree::closest(const glm::dvec3& query, std::uint32_t hint) 
     const std::size_t bottom = stack_size;
     for (int i = 0; i < kChildren; ++i) {
       if (!(squared[i] <= limit)) continue;
-      if (node.triangle_count[i] == 0 && node.child[i] == 0) continue;
+      if (node.pair_count[i] == 0 && node.child[i] == 0) continue;
       std::size_t place = stack_size++;
       for (; place > bottom && stack[place - 1].squared_distance < squared[i]; --place) stack[place] = stack[place - 1];
-      stack[place] = {squared[i], node.child[i], node.triangle_count[i]};
+      stack[place] = {squared[i], node.child[i], node.pair_count[i]};
     }
   }
-  return best;
+  const Pair& pair = pairs_[best.slot / 2];
+  const int lane = static_cast<int>(best.slot % 2);
+  const glm::dvec3 position =
+      closest_point_on_triangle(query, pair.corner_a(lane), pair.corner_b(lane), pair.corner_c(lane));
+  return {position, glm::dot(query - position, query - position), best.slot};
 }
 
 }  // namespace fanstream
