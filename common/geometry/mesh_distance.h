@@ -18,7 +18,9 @@ namespace fanstream {
 
 struct DistanceOptions {
   // Random points on the sampled surface, uniform by area and stratified (one in each n-th part of the area), in
-  // addition to all its vertices. The rms of 200,000 is good to about 0.3 %, which grows with the square root.
+  // addition to all its vertices. From seed to seed the rms of 200,000 varies by about 0.3 % and the maximum by about
+  // 10 %; where a few folded faces carry most of the error (seen on a CAD part) the rms varies by up to 20 %
+  // (4 % with a million).
   std::size_t face_samples = 200'000;
   std::uint64_t seed = 1;  // the same seed gives the same figures on every machine
 };

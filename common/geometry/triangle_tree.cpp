@@ -17,9 +17,10 @@ namespace {
 constexpr double kLargestCoordinate = 1e70;
 constexpr std::uint32_t kLeafTriangles = 4;
 constexpr int kBins = 16;
-// Below this depth of binary splits ranges are halved, so that the depth, and with it the query's stack, is bounded.
+// Below this depth of binary splits ranges are halved, so that the depth is at most 40 + 31. A query leaves at most
+// three children of each node on its stack.
 constexpr int kHeuristicDepth = 40;
-constexpr std::size_t kStackSize = 256;
+constexpr std::size_t kStackSize = 3 * (kHeuristicDepth + 31) + 4;
 // Rounding a query to floats, and box distances computed in floats, can go wrong by this much of the root box.
 constexpr float kBoxPadding = 4e-7F;
 constexpr double kDegenerate = 1e-20;  // squared height over squared edge, as in closest_point_on_triangle

@@ -86,24 +86,30 @@ TEST(ClosestPoint, DegenerateTrianglesAreTheSegmentOrPointThatTheyAre) {
 }
 
 // Needles are where formulas from differences of dot products break down: at a height of 1e-8 all of their digits are
-// gone. Turned to lie askew, so that no coordinate is exact.
+// gone. Below 1e-15 the normal is noise, and so is where a query projects to. Turned at random, so that no coordinate
+// is exact.
 TEST(ClosestPoint, NeedlesKeepTheirAccuracyDownToNothing) {
-  const glm::dvec3 along = glm::normalize(glm::dvec3(3, 1, 2));
-  const glm::dvec3 across = glm::normalize(glm::cross(along, glm::dvec3(0, 0, 1)));
-  const glm::dvec3 up = glm::cross(along, across);
-  for (const double height : {1e-2, 1e-4, 1e-6, 1e-8, 1e-9, 1e-11, 1e-13, 1e-16, 0.0}) {
+  std::mt19937_64 random(11);
+  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1.0p-52 - 1.0; };
+  for (const double height : {1e-2, 1e-4, 1e-6, 1e-8, 1e-9, 1e-11, 1e-13, 1e-15, 1e-16, 0.0}) {
     SCOPED_TRACE(height);
-    const glm::dvec3 a(0.1, 0.2, 0.3);
-    const glm::dvec3 b = a + along;
-    const glm::dvec3 c = a + 0.4 * along + height * across;
-    for (const double place : {0.05, 0.3, 0.4, 0.77, 0.99}) {
-      SCOPED_TRACE(place);
-      const glm::dvec3 query = a + place * along + 0.001 * up;
-      EXPECT_NEAR(distance_to(query, a, b, c), 0.001, 1e-10);
-      EXPECT_NEAR(distance_to(query, b, c, a), 0.001, 1e-10);
-      EXPECT_NEAR(distance_to(query, c, a, b), 0.001, 1e-10);
+    for (int turn = 0; turn < 50; ++turn) {
+      SCOPED_TRACE(turn);
+      const glm::dvec3 along = glm::normalize(glm::dvec3(uniform(), uniform(), uniform()));
+      const glm::dvec3 across = glm::normalize(glm::cross(along, glm::dvec3(uniform(), uniform(), uniform())));
+      const glm::dvec3 up = glm::cross(along, across);
+      const glm::dvec3 a(uniform(), uniform(), uniform());
+      const glm::dvec3 b = a + along;
+      const glm::dvec3 c = a + 0.4 * along + height * across;
+      for (const double place : {0.05, 0.3, 0.4, 0.77, 0.99}) {
+        SCOPED_TRACE(place);
+        const glm::dvec3 query = a + place * along + 0.5 * up;
+        EXPECT_NEAR(distance_to(query, a, b, c), 0.5, 1e-10);
+        EXPECT_NEAR(distance_to(query, b, c, a), 0.5, 1e-10);
+        EXPECT_NEAR(distance_to(query, c, a, b), 0.5, 1e-10);
+      }
+      EXPECT_NEAR(distance_to(a + 5.0 * along, a, b, c), 4.0, 1e-10);
     }
-    EXPECT_NEAR(distance_to(a + 5.0 * along, a, b, c), 4.0, 1e-10);
   }
 }
 
