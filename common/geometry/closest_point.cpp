@@ -1,6 +1,5 @@
 #include "common/geometry/closest_point.h"
 
-#include <algorithm>
 #include <glm/geometric.hpp>
 #include <limits>
 
@@ -40,20 +39,18 @@ glm::dvec3 closest_point_on_triangle(const glm::dvec3& query, const glm::dvec3& 
   const glm::dvec3 aq = query - a;
   const glm::dvec3 normal = glm::cross(ab, ac);
   const double area = glm::dot(normal, normal);
-  const double longest = std::max(glm::dot(ab, ab), glm::dot(ac, ac));
-  // Twice the triangle's area is longest edge times height; the longer of two edges is at least half of the longest.
-  const bool degenerate = area <= 1e-20 * longest * longest;
   const double weight_b = glm::dot(glm::cross(aq, ac), normal);
   const double weight_c = glm::dot(glm::cross(ab, aq), normal);
   const double weight_a = area - weight_b - weight_c;
-  if (!degenerate && weight_a >= 0.0 && weight_b >= 0.0 && weight_c >= 0.0) {
-    return a + (ab * weight_b + ac * weight_c) / area;
-  }
-  // Outside: the closest point lies on an edge that the projection of the query is beyond.
+  // Every candidate is a point of the triangle. The edges are asked even where the weights say "inside", because the
+  // weights of a needle whose corners are on a line but for rounding say anything.
   Closest closest;
-  if (degenerate || weight_c < 0.0) closest.offer(query, closest_point_on_segment(query, a, b));
-  if (degenerate || weight_b < 0.0) closest.offer(query, closest_point_on_segment(query, a, c));
-  if (degenerate || weight_a < 0.0) closest.offer(query, closest_point_on_segment(query, b, c));
+  if (area > 0.0 && weight_a >= 0.0 && weight_b >= 0.0 && weight_c >= 0.0) {
+    closest.offer(query, a + (ab * weight_b + ac * weight_c) / area);
+  }
+  closest.offer(query, closest_point_on_segment(query, a, b));
+  closest.offer(query, closest_point_on_segment(query, a, c));
+  closest.offer(query, closest_point_on_segment(query, b, c));
   return closest.point;
 }
 

@@ -23,8 +23,7 @@ constexpr int kHeuristicDepth = 40;
 constexpr std::size_t kStackSize = 3 * (kHeuristicDepth + 31) + 4;
 // Rounding a query to floats, and box distances computed in floats, can go wrong by this much of the root box.
 constexpr float kBoxPadding = 4e-7F;
-constexpr double kDegenerate = 1e-20;  // squared height over squared edge, as in closest_point_on_triangle
-constexpr double kFarthest = 1e18;     // in units of the root box; its square fits a float
+constexpr double kFarthest = 1e18;  // in units of the root box; its square fits a float
 
 struct FloatBox {
   std::array<float, 3> low{INFINITY, INFINITY, INFINITY};
@@ -307,18 +306,15 @@ std::vector<std::uint32_t> TriangleTree::triangles_in_order() const {
   return order;
 }
 
-// closest_point_on_triangle for two triangles at once and without branches: that of the three edges that is closest,
-// unless the query projects into the triangle. The edges alone are right for degenerate triangles.
+// closest_point_on_triangle for two triangles at once and without branches.
 TriangleTree::TwoDoubles TriangleTree::squared_distances(const TwoDoubles (&query)[3], const Pair& pair) {
   const Vector3 aq = Vector3{query[0], query[1], query[2]} - Vector3{pair.a[0], pair.a[1], pair.a[2]};
   const Vector3 bq = Vector3{query[0], query[1], query[2]} - Vector3{pair.b[0], pair.b[1], pair.b[2]};
   const Vector3 ab = Vector3{pair.b[0], pair.b[1], pair.b[2]} - Vector3{pair.a[0], pair.a[1], pair.a[2]};
   const Vector3 ac = Vector3{pair.c[0], pair.c[1], pair.c[2]} - Vector3{pair.a[0], pair.a[1], pair.a[2]};
   const Vector3 bc = Vector3{pair.c[0], pair.c[1], pair.c[2]} - Vector3{pair.b[0], pair.b[1], pair.b[2]};
-  const Lanes ab_ab = dot(ab, ab);
-  const Lanes ac_ac = dot(ac, ac);
-  const Lanes to_ab = squared_to_edge(aq, ab, ab_ab);
-  const Lanes to_ac = squared_to_edge(aq, ac, ac_ac);
+  const Lanes to_ab = squared_to_edge(aq, ab, dot(ab, ab));
+  const Lanes to_ac = squared_to_edge(aq, ac, dot(ac, ac));
   const Lanes to_bc = squared_to_edge(bq, bc, dot(bc, bc));
   const Lanes to_two = to_ab < to_ac ? to_ab : to_ac;
   const Lanes to_edges = to_two < to_bc ? to_two : to_bc;
@@ -328,13 +324,12 @@ TriangleTree::TwoDoubles TriangleTree::squared_distances(const TwoDoubles (&quer
   const Lanes weight_b = dot(cross(aq, ac), normal);
   const Lanes weight_c = dot(cross(ab, aq), normal);
   const Lanes weight_a = area - weight_b - weight_c;
-  const Lanes longest = ab_ab > ac_ac ? ab_ab : ac_ac;
-  const auto inside =
-      (area > kDegenerate * longest * longest) & (weight_a >= 0.0) & (weight_b >= 0.0) & (weight_c >= 0.0);
+  const auto inside = (area > 0.0) & (weight_a >= 0.0) & (weight_b >= 0.0) & (weight_c >= 0.0);
   const Lanes b = weight_b / area;
   const Lanes c = weight_c / area;
   const Vector3 offset{aq.x - ab.x * b - ac.x * c, aq.y - ab.y * b - ac.y * c, aq.z - ab.z * b - ac.z * c};
-  return inside ? dot(offset, offset) : to_edges;
+  const Lanes to_inside = dot(offset, offset);
+  return (inside & (to_inside < to_edges)) ? to_inside : to_edges;
 }
 
 void TriangleTree::offer(const TwoDoubles (&query)[3], std::uint32_t pair, Nearest& best) const {

@@ -95,23 +95,26 @@ TEST(TriangleTree, HoldsEveryTriangleOnceEvenIfAllOfThemCoincide) {
 TEST(TriangleTree, NeedlesAreFoundAsAccuratelyAsAlone) {
   std::mt19937_64 random(12);
   const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1.0p-52 - 1.0; };
-  for (const double height : {1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-16, 0.0}) {
+  for (const double height : {1e-3, 1e-8, 1e-12, 1e-14, 1e-15, 3e-16, 1e-16, 0.0}) {
     SCOPED_TRACE(height);
-    for (int turn = 0; turn < 50; ++turn) {
+    for (int turn = 0; turn < 300; ++turn) {
       SCOPED_TRACE(turn);
       const glm::dvec3 along = glm::normalize(glm::dvec3(uniform(), uniform(), uniform()));
       const glm::dvec3 across = glm::normalize(glm::cross(along, glm::dvec3(uniform(), uniform(), uniform())));
       const glm::dvec3 a(uniform(), uniform(), uniform());
-      const glm::dvec3 query = a + 0.3 * along + 0.5 * glm::cross(along, across);
-      // A second triangle, hardly farther, is the answer of whoever judges the needle to be farther than it is.
-      const glm::dvec3 beside = query + along * (0.5 + 1e-9);
-      TriangleMesh mesh;
-      mesh.positions = {a, a + along, a + 0.4 * along + height * across, beside, beside + along, beside + across};
-      for (const Triangle& needle : {Triangle{0, 1, 2}, Triangle{1, 2, 0}, Triangle{2, 0, 1}}) {
-        mesh.triangles = {needle, {3, 4, 5}};
-        const Result<TriangleTree> tree = TriangleTree::build(mesh);
-        ASSERT_TRUE(tree);
-        EXPECT_NEAR(std::sqrt(tree->closest(query).squared_distance), 0.5, 1e-10);
+      const glm::dvec3 above = a + 0.3 * along + 0.5 * glm::cross(along, across);
+      const glm::dvec3 in_line = a + 1.5 * along;
+      for (const glm::dvec3& query : {above, in_line}) {
+        // A second triangle, hardly farther, is the answer of whoever judges the needle to be farther than it is.
+        const glm::dvec3 beside = query + along * (0.5 + 1e-9);
+        TriangleMesh mesh;
+        mesh.positions = {a, a + along, a + 0.4 * along + height * across, beside, beside + along, beside + across};
+        for (const Triangle& needle : {Triangle{0, 1, 2}, Triangle{1, 2, 0}, Triangle{2, 0, 1}}) {
+          mesh.triangles = {needle, {3, 4, 5}};
+          const Result<TriangleTree> tree = TriangleTree::build(mesh);
+          ASSERT_TRUE(tree);
+          EXPECT_NEAR(std::sqrt(tree->closest(query).squared_distance), 0.5, 1e-10);
+        }
       }
     }
   }
