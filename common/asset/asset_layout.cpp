@@ -25,6 +25,14 @@ std::uint16_t segment_checksum(std::span<const std::byte> bytes) {
   return static_cast<std::uint16_t>(XXH3_64bits(bytes.data(), bytes.size()));
 }
 
+Digest content_digest(std::span<const std::byte> behind_preamble) {
+  XXH128_canonical_t canonical;
+  XXH128_canonicalFromHash(&canonical, XXH3_128bits(behind_preamble.data(), behind_preamble.size()));
+  Digest digest;
+  std::copy(std::begin(canonical.digest), std::end(canonical.digest), digest.begin());
+  return digest;
+}
+
 void write_preamble(const AssetPreamble& preamble, ByteWriter& out) {
   out.u32(kMagic);
   out.u32(kAssetVersion);
@@ -67,7 +75,7 @@ void write_head(const AssetHead& head, std::span<const std::byte> coded_base, By
   out.u8(static_cast<std::uint8_t>(head.slab_ends.size()));
   for (const std::uint8_t end : head.slab_ends) out.u8(end);
   out.varint(head.root_cell_count);
-  head.model.write(out);
+  head.statistics.write(out);
   out.varint(coded_base.size());
   out.bytes(coded_base);
 }
@@ -115,11 +123,11 @@ Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string&
   if (!grid) return tl::unexpected(with_context(grid.error(), name));
   head.grid = std::move(*grid);
   if (Result<void> layers = read_layers(in, head, name); !layers) return tl::unexpected(layers.error());
-  const std::size_t model_at = in.position();
-  Result<SplitModel> model = SplitModel::read(in);
-  if (!model) return tl::unexpected(with_context(model.error(), name));
-  head.model = *model;
-  head.model_bytes = static_cast<std::uint32_t>(in.position() - model_at);
+  const std::size_t statistics_at = in.position();
+  Result<SplitStatistics> statistics = SplitStatistics::read(in);
+  if (!statistics) return tl::unexpected(with_context(statistics.error(), name));
+  head.statistics = *statistics;
+  head.statistics_bytes = static_cast<std::uint32_t>(in.position() - statistics_at);
   const std::uint64_t base_bytes = in.varint();
   if (in.failed() || base_bytes != in.remaining()) return tl::unexpected(in.error(name, "FM0 does not fill the head"));
   head.base_bytes = static_cast<std::uint32_t>(base_bytes);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/asset/segment_source.h"
+#include "common/coding/base_coder.h"
 #include "common/coding/split_model.h"
 #include "common/grid/position_grid.h"
 #include "common/mesh/triangle_mesh.h"
@@ -25,12 +26,6 @@ struct AssetPreamble {
   std::uint64_t total_bytes() const { return head_bytes + index_bytes + segment_bytes; }
 };
 
-// FM0 as it was decoded: numbers and faces are those of the mesh that splits are applied to.
-struct BaseMesh {
-  std::vector<GridPoint> places;  // codes
-  std::vector<Triangle> triangles;
-};
-
 struct AssetHead {
   std::uint32_t vertex_count = 0;
   std::uint32_t triangle_count = 0;
@@ -41,10 +36,10 @@ struct AssetHead {
   std::vector<std::uint8_t> layer_ends;
   std::vector<std::uint8_t> slab_ends;
   std::uint32_t root_cell_count = 0;  // cells that the base is cut into
-  SplitModel model;
+  SplitStatistics statistics = SplitStatistics::built_in();
   BaseMesh base;
   std::uint32_t base_bytes = 0;   // of FM0 as coded by Draco
-  std::uint32_t model_bytes = 0;  // of the coding statistics
+  std::uint32_t statistics_bytes = 0;  // of the coding statistics
 
   std::uint32_t generation_count() const { return layer_ends.empty() ? 0 : layer_ends.back(); }
   std::uint32_t layer_begin(std::uint32_t slab) const { return slab == 0 ? 0 : slab_ends[slab - 1]; }
@@ -78,6 +73,7 @@ struct AssetIndex {
 double error_from_code(std::uint8_t code, double step);
 std::uint8_t code_of_error(double error, double step);
 std::uint16_t segment_checksum(std::span<const std::byte> bytes);
+Digest content_digest(std::span<const std::byte> behind_preamble);
 
 // `data` is exactly the section; every count is checked before anything is allocated for it. Errors start with `name`.
 Result<AssetPreamble> read_preamble(std::span<const std::byte> data, const std::string& name);

@@ -5,10 +5,16 @@
 #include <span>
 #include <vector>
 
-#include "common/asset/asset_layout.h"
+#include "common/fans/fan_split.h"
 #include "common/support/result.h"
 
 namespace fanstream {
+
+// FM0 as triangles on the grid. After decoding, numbers and faces are those of the mesh that splits are applied to.
+struct BaseMesh {
+  std::vector<GridPoint> places;  // codes (PositionGrid)
+  std::vector<Triangle> triangles;
+};
 
 // Draco numbers vertices and faces anew: decode the result to learn the order that counts. Fails only where Draco does.
 Result<std::vector<std::byte>> encode_base(const BaseMesh& base);

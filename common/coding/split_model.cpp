@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/coding/residual_tables.h"
+
 namespace fanstream {
 namespace {
 
@@ -36,36 +38,96 @@ int SpreadContexts::normal(float bend, float mean_length) {
   return kNormal + ratio * kSizes + size_class(bend);
 }
 
-CodedWeights coded_weights(std::span<const double> counts) {
-  double sum = 0.0;
-  for (const double c : counts) sum += c;
-  CodedWeights coded(counts.size(), 31);
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    if (counts[i] <= 0.0) continue;
-    coded[i] = static_cast<std::uint8_t>(std::clamp(std::lround(-2.0 * std::log2(counts[i] / sum)), 0L, 31L));
-  }
-  return coded;
+std::uint8_t coded_share(double count, double sum) {
+  if (!(count > 0.0)) return 31;
+  return static_cast<std::uint8_t>(std::clamp(std::lround(-2.0 * std::log2(count / sum)), 0L, 31L));
 }
 
-FrequencyTable table_of(std::span<const std::uint8_t> coded) {
+FrequencyTable table_of(std::span<const std::uint8_t> coded_shares) {
   std::array<double, FrequencyTable::kMaxSymbols> weights{};
-  for (std::size_t i = 0; i < coded.size(); ++i) {
+  for (std::size_t i = 0; i < coded_shares.size(); ++i) {
     weights[i] = 1.0;
-    for (int q = 0; q < coded[i]; ++q) weights[i] *= kHalfOctave;
+    for (int q = 0; q < coded_shares[i]; ++q) weights[i] *= kHalfOctave;
   }
-  return FrequencyTable::from_weights(std::span<const double>(weights).first(coded.size()));
+  return FrequencyTable::from_weights(std::span<const double>(weights).first(coded_shares.size()));
 }
 
-SplitModel::SplitModel() {
-  for (int t = 0; t < SymbolContexts::kTables; ++t) {
-    const auto count = static_cast<std::size_t>(SymbolContexts::symbol_count(t));
-    symbols[static_cast<std::size_t>(t)] =
-        table_of(std::span<const std::uint8_t>(kDefaultSymbols[t]).first(count));
+const SplitStatistics& SplitStatistics::built_in() {
+  static const SplitStatistics statistics = [] {
+    SplitStatistics s;
+    for (std::size_t t = 0; t < s.symbols.size(); ++t) std::copy_n(kDefaultSymbols[t], 32, s.symbols[t].begin());
+    for (std::size_t c = 0; c < s.weights.size(); ++c) {
+      std::copy_n(kDefaultWeights[c], PredictionContexts::kFeatures, s.weights[c].begin());
+    }
+    std::copy_n(kDefaultSpreads, SpreadContexts::kSpreads, s.spreads.begin());
+    return s;
+  }();
+  return statistics;
+}
+
+namespace {
+
+// Codes one group of numbers: whether it differs from the built-in one, and by how much. Written once for both directions.
+template <class Coder, class Number>
+bool code_group(Coder& coder, const FrequencyTable& differs_table, std::span<Number> group,
+                std::type_identity_t<std::span<const Number>> built_in, int low, int high) {
+  const bool differs = coder.symbol(differs_table, std::equal(group.begin(), group.end(), built_in.begin()) ? 0 : 1) != 0;
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    int value = built_in[i];
+    if (differs) value = ResidualTables::instance().code(coder, static_cast<float>(built_in[i]), 2.0F, group[i]);
+    if (value < low || value > high) return false;
+    group[i] = static_cast<Number>(value);
   }
-  for (int c = 0; c < PredictionContexts::kClasses; ++c) {
-    std::copy(std::begin(kDefaultWeights[c]), std::end(kDefaultWeights[c]), weights[static_cast<std::size_t>(c)].begin());
+  return true;
+}
+
+template <class Coder>
+bool code_statistics(Coder& coder, SplitStatistics& s) {
+  const SplitStatistics& b = SplitStatistics::built_in();
+  const std::array<double, 2> rarely{3.0, 1.0};
+  const FrequencyTable differs = FrequencyTable::from_weights(rarely);
+  for (std::size_t t = 0; t < s.symbols.size(); ++t) {
+    const auto count = static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t)));
+    const std::span<std::uint8_t> group(s.symbols[t]);
+    if (!code_group(coder, differs, group.first(count), std::span(b.symbols[t]).first(count), 0, 31)) return false;
   }
-  std::copy(std::begin(kDefaultSpreads), std::end(kDefaultSpreads), spreads.begin());
+  for (std::size_t c = 0; c < s.weights.size(); ++c) {
+    const std::span<std::int8_t> group(s.weights[c]);
+    if (!code_group(coder, differs, group, std::span<const std::int8_t>(b.weights[c]), -128, 127)) return false;
+  }
+  for (std::size_t i = 0; i < s.spreads.size(); ++i) {
+    const std::span<std::int8_t> group(&s.spreads[i], 1);
+    if (!code_group(coder, differs, group, std::span<const std::int8_t>(&b.spreads[i], 1), -64, 127)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void SplitStatistics::write(ByteWriter& out) const {
+  RansEncoder encoder;
+  SplitStatistics copy = *this;
+  code_statistics(encoder, copy);
+  const std::vector<std::byte> bytes = encoder.finish();
+  out.varint(bytes.size());
+  out.bytes(bytes);
+}
+
+Result<SplitStatistics> SplitStatistics::read(ByteReader& in) {
+  const std::uint64_t size = in.varint();
+  RansDecoder decoder(in.bytes(static_cast<std::size_t>(std::min<std::uint64_t>(size, in.remaining() + 1))));
+  SplitStatistics statistics;
+  if (in.failed() || !code_statistics(decoder, statistics) || !decoder.finished_cleanly()) {
+    return tl::unexpected(in.error("coding statistics", "damaged"));
+  }
+  return statistics;
+}
+
+SplitModel::SplitModel(const SplitStatistics& statistics) : weights(statistics.weights), spreads(statistics.spreads) {
+  for (std::size_t t = 0; t < symbols.size(); ++t) {
+    const auto count = static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t)));
+    symbols[t] = table_of(std::span(statistics.symbols[t]).first(count));
+  }
 }
 
 }  // namespace fanstream

@@ -66,21 +66,31 @@ struct SpreadContexts {
   static int normal(float bend, float mean_length);
 };
 
-// Immutable once made. Thread safe to read.
+// The numbers that a model is made of, as they are stored: for each symbol of each table -2 log2 of its share (0..31), the
+// prediction weights in 64ths, and the spreads in 8ths.
+struct SplitStatistics {
+  std::array<std::array<std::uint8_t, FrequencyTable::kMaxSymbols>, SymbolContexts::kTables> symbols{};
+  std::array<std::array<std::int8_t, PredictionContexts::kFeatures>, PredictionContexts::kClasses> weights{};
+  std::array<std::int8_t, SpreadContexts::kSpreads> spreads{};
+
+  static const SplitStatistics& built_in();
+  // Writes what differs from the built-in statistics. read() fails on anything malformed and names the byte.
+  void write(ByteWriter& out) const;
+  static Result<SplitStatistics> read(ByteReader& in);
+};
+
+// -2 log2 of each count's share of their sum, as SplitStatistics keeps it.
+std::uint8_t coded_share(double count, double sum);
+// The table that coded shares stand for.
+FrequencyTable table_of(std::span<const std::uint8_t> coded_shares);
+
+// Ready to code with. Immutable once made; thread safe to read.
 struct SplitModel {
   std::array<FrequencyTable, SymbolContexts::kTables> symbols;
   std::array<std::array<std::int8_t, PredictionContexts::kFeatures>, PredictionContexts::kClasses> weights{};
   std::array<std::int8_t, SpreadContexts::kSpreads> spreads{};
 
-  SplitModel();  // the built-in statistics
-  // What differs from the built-in statistics; read() fails on anything malformed and names the byte.
-  void write(ByteWriter& out) const;
-  static Result<SplitModel> read(ByteReader& in);
+  explicit SplitModel(const SplitStatistics& statistics = SplitStatistics::built_in());
 };
-
-// Coded weights of one symbol table: -2 log2 of each symbol's share, 0..31.
-using CodedWeights = std::vector<std::uint8_t>;
-CodedWeights coded_weights(std::span<const double> counts);
-FrequencyTable table_of(std::span<const std::uint8_t> coded);
 
 }  // namespace fanstream

@@ -34,9 +34,10 @@ struct CellCoding {
   RingGeometry ring;
 };
 
-// Source is what knows the splits: for an encoder the builder's history, for a decoder EmptySource. It has
+// Source is what knows the splits: for an encoder the builder's history, for a decoder DecodedSplits. It has
 //   std::uint32_t split_count(VertexId) and FanSplit split(const RingGeometry&, VertexId root)
-// and is told made(const FanSplit&, VertexId added) of each split, with its ring positions as they were applied.
+// and is told made(const FanSplit&, VertexContext before, VertexId added) of each split, with its ring positions as they
+// were applied and the root's context before it.
 // `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid or outnumber the cell table's.
 template <class Coder, class Source>
 Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint32_t generation, Coder& coder,
@@ -75,18 +76,23 @@ Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint3
       const std::uint32_t start = canonical_start(state.rings.ring(v));
       split.first = (split.first + start) % size;
       split.last = (split.last + start) % size;
+      const VertexContext before = state.contexts[v];
       apply_split(state, vertices.cell, generation, split, added);
-      source.made(split, added);
+      source.made(split, before, added);
     }
   }
   return {};
 }
 
-// The source of a decoder.
-struct EmptySource {
+// The source of a decoder, which notes what undoing needs.
+struct DecodedSplits {
+  std::vector<SplitUndo>& undo;
+
   std::uint32_t split_count(VertexId /*v*/) const { return 0; }
   FanSplit split(const RingGeometry& /*ring*/, VertexId /*root*/) const { return {0, 0, 1, ParentPosition::kept, {}}; }
-  void made(const FanSplit& /*split*/, VertexId /*added*/) const {}
+  void made(const FanSplit& split, VertexContext before, VertexId /*added*/) const {
+    undo.push_back({split.root, before, split.parent});
+  }
 };
 
 }  // namespace fanstream

@@ -1,0 +1,292 @@
+#include "common/refine/progressive_mesh.h"
+
+#include <algorithm>
+
+#include "common/refine/cell_partition.h"
+
+namespace fanstream {
+
+ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const AssetHead> head)
+    : head_(std::move(head)),
+      model_(head_->statistics),
+      coding_{model_, head_->grid, {}},
+      waiting_(head_->generation_count() + 2) {
+  const auto count = static_cast<std::uint32_t>(head_->base.places.size());
+  state_.rings = RingMesh::from_triangles(count, head_->base.triangles);
+  state_.places = head_->base.places;
+  state_.contexts.resize(count);
+  state_.cells.resize(count);
+  for (VertexId v = 0; v < count; ++v) {
+    state_.contexts[v].valence = static_cast<std::uint8_t>(state_.rings.ring_size(v));
+  }
+  vertex_count_ = count;
+}
+
+void ProgressiveMesh::set_index(std::shared_ptr<const AssetIndex> index) {
+  index_ = std::move(index);
+  state_.resize(head_->vertex_count);
+  cells_.resize(index_->cells.size());
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    cells_[c].segments.resize(index_->cells[c].segment_count);
+    cells_[c].held.resize(index_->cells[c].segment_count);
+  }
+  std::vector<VertexId> all(vertex_count_);
+  for (VertexId v = 0; v < vertex_count_; ++v) all[v] = v;
+  if (head_->root_cell_count > 0) start_cells(all, 0, head_->root_cell_count, 0);
+}
+
+void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std::uint32_t first, std::uint32_t count,
+                                  std::uint32_t slab) {
+  auto groups = partition_vertices({parent_vertices.begin(), parent_vertices.end()}, state_.places,
+                                   head_->grid.unit(), count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    Cell& cell = cells_[first + i];
+    const CellEntry& entry = index_->cells[first + i];
+    cell.vertices = {first + i, std::move(groups[i]), entry.first_vertex, 0, entry.split_count};
+    for (const VertexId v : cell.vertices.initial) state_.cells[v] = first + i;
+    cell.done = slab == 0 ? 0 : slab_end(slab - 1);
+    cell.started = true;
+    cell.neighbours_known = false;
+    enqueue(first + i);
+  }
+}
+
+std::uint32_t ProgressiveMesh::layer_of(std::uint32_t generation) const {
+  const auto& ends = head_->layer_ends;
+  return static_cast<std::uint32_t>(std::lower_bound(ends.begin(), ends.end(), generation) - ends.begin());
+}
+
+// A cell that has started waits under its next generation as soon as it holds the segment.
+void ProgressiveMesh::enqueue(std::uint32_t cell_number) {
+  const Cell& cell = cells_[cell_number];
+  const CellEntry& entry = index_->cells[cell_number];
+  if (!cell.started || cell.done == slab_end(entry.slab)) return;
+  const std::uint32_t segment = layer_of(cell.done + 1) - head_->layer_begin(entry.slab);
+  if (cell.held[segment] || index_->segments[entry.first_segment + segment].size_bytes == 0) {
+    waiting_[cell.done + 1].push_back(cell_number);
+  }
+}
+
+bool ProgressiveMesh::holds(std::uint32_t cell, std::uint32_t segment) const { return cells_[cell].held[segment]; }
+
+Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32_t segment,
+                                          std::span<const std::byte> bytes) {
+  const auto where = [&] { return "cell " + std::to_string(cell_number) + " segment " + std::to_string(segment); };
+  if (!index_ || cell_number >= cells_.size() || segment >= cells_[cell_number].held.size()) {
+    return fail(ErrorKind::bad_input, where() + " does not exist in this asset");
+  }
+  const CellEntry& entry = index_->cells[cell_number];
+  const SegmentEntry& expected = index_->segments[entry.first_segment + segment];
+  if (bytes.size() != expected.size_bytes) {
+    return fail(ErrorKind::bad_input, where() + ": " + std::to_string(bytes.size()) + " bytes, the cell table says " +
+                                          std::to_string(expected.size_bytes));
+  }
+  if (bytes.empty()) return {};
+  if (segment_checksum(bytes) != expected.checksum) return fail(ErrorKind::bad_input, where() + ": wrong checksum");
+  Cell& cell = cells_[cell_number];
+  if (cell.held[segment]) return {};
+  cell.segments[segment].assign(bytes.begin(), bytes.end());
+  cell.held[segment] = true;
+  const bool wanted_now = cell.started && cell.done + 1 == head_->first_generation(head_->layer_begin(entry.slab) + segment);
+  if (wanted_now) waiting_[cell.done + 1].push_back(cell_number);
+  return {};
+}
+
+void ProgressiveMesh::find_neighbours(Cell& cell, std::uint32_t cell_number) {
+  cell.neighbours.clear();
+  for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) {
+    for (const VertexId w : state_.rings.ring(cell.vertices.at(i))) {
+      if (w != kOutside && state_.cells[w] != cell_number) cell.neighbours.push_back(state_.cells[w]);
+    }
+  }
+  std::sort(cell.neighbours.begin(), cell.neighbours.end());
+  cell.neighbours.erase(std::unique(cell.neighbours.begin(), cell.neighbours.end()), cell.neighbours.end());
+  cell.neighbours_known = true;
+}
+
+// Every cell beside this one has all coarser generations. Cells beside a cell stay the same while it is refined, except that a
+// complete one of a coarser slab gives way to its children.
+bool ProgressiveMesh::surroundings_ready(Cell& cell, std::uint32_t cell_number) {
+  const std::uint32_t slab = index_->cells[cell_number].slab;
+  if (!cell.neighbours_known) find_neighbours(cell, cell_number);
+  for (bool looked_again = false;;) {
+    bool stale = false;
+    for (const std::uint32_t n : cell.neighbours) {
+      if (cells_[n].done < cell.done) {
+        if (index_->cells[n].slab >= slab || cells_[n].done < slab_end(index_->cells[n].slab)) return false;
+        stale = true;
+      }
+    }
+    if (!stale) return true;
+    if (looked_again) return false;
+    find_neighbours(cell, cell_number);
+    looked_again = true;
+  }
+}
+
+Result<void> ProgressiveMesh::finish_layer(Cell& cell, const CellEntry& entry, std::uint32_t layer) {
+  const std::uint32_t segment = layer - head_->layer_begin(entry.slab);
+  const bool empty = index_->segments[entry.first_segment + segment].size_bytes == 0;
+  const bool last = cell.done == slab_end(entry.slab);
+  if ((empty || cell.decoder.finished_cleanly()) && (!last || cell.vertices.made == entry.split_count)) return {};
+  return fail(ErrorKind::bad_input, "cell " + std::to_string(cell.vertices.cell) + " segment " +
+                                        std::to_string(segment) + ": its splits do not fill the segment");
+}
+
+Result<void> ProgressiveMesh::apply_generation(std::uint32_t cell_number) {
+  Cell& cell = cells_[cell_number];
+  const CellEntry& entry = index_->cells[cell_number];
+  const std::uint32_t generation = cell.done + 1;
+  const std::uint32_t layer = layer_of(generation);
+  const std::uint32_t segment = layer - head_->layer_begin(entry.slab);
+  cell.made_before.push_back(cell.vertices.made);
+  if (index_->segments[entry.first_segment + segment].size_bytes != 0) {
+    if (generation == head_->first_generation(layer)) cell.decoder = RansDecoder(cell.segments[segment]);
+    DecodedSplits source{cell.undo};
+    const std::uint32_t before = cell.vertices.made;
+    Result<void> coded = code_generation(state_, cell.vertices, generation, cell.decoder, source, coding_);
+    vertex_count_ += cell.vertices.made - before;
+    applied_ += cell.vertices.made - before;
+    if (!coded) return coded;
+    if (cell.decoder.overran()) {
+      return fail(ErrorKind::bad_input, "cell " + std::to_string(cell_number) + " segment " + std::to_string(segment) + ": cut short");
+    }
+  }
+  cell.done = generation;
+  if (generation == head_->layer_ends[layer]) {
+    if (Result<void> finished = finish_layer(cell, entry, layer); !finished) return finished;
+  }
+  if (generation == slab_end(entry.slab)) {
+    complete_cell(cell, entry);
+  } else if (generation == head_->layer_ends[layer]) {
+    enqueue(cell_number);
+  } else {
+    waiting_[generation + 1].push_back(cell_number);
+  }
+  return {};
+}
+
+std::vector<VertexId> ProgressiveMesh::vertices_of(const Cell& cell) const {
+  std::vector<VertexId> all(cell.vertices.count());
+  for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = cell.vertices.at(i);
+  return all;
+}
+
+void ProgressiveMesh::complete_cell(Cell& cell, const CellEntry& entry) {
+  if (entry.child_count > 0) start_cells(vertices_of(cell), entry.first_child, entry.child_count, entry.slab + 1);
+}
+
+Result<std::uint64_t> ProgressiveMesh::refine() {
+  const std::uint64_t before = applied_;
+  for (bool changed = true; changed && !failed_;) {
+    changed = false;
+    for (std::size_t generation = 1; generation < waiting_.size(); ++generation) {
+      std::vector<std::uint32_t> cells;
+      cells.swap(waiting_[generation]);
+      for (std::size_t i = 0; i < cells.size(); ++i) {
+        if (!surroundings_ready(cells_[cells[i]], cells[i])) {
+          waiting_[generation].push_back(cells[i]);
+          continue;
+        }
+        if (Result<void> applied = apply_generation(cells[i]); !applied) {
+          failed_ = true;
+          return tl::unexpected(applied.error());
+        }
+        changed = true;
+      }
+    }
+  }
+  if (failed_) return fail(ErrorKind::bad_input, "refinement stopped at an earlier error");
+  return applied_ - before;
+}
+
+void ProgressiveMesh::retract_children(Cell& cell, std::uint32_t cell_number) {
+  const CellEntry& entry = index_->cells[cell_number];
+  for (std::uint32_t i = 0; i < entry.child_count; ++i) {
+    Cell& child = cells_[entry.first_child + i];
+    child.started = false;
+    child.vertices = {};
+  }
+  for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) state_.cells[cell.vertices.at(i)] = cell_number;
+}
+
+std::uint64_t ProgressiveMesh::undo_generation(std::uint32_t cell_number) {
+  Cell& cell = cells_[cell_number];
+  const auto mark = static_cast<std::uint8_t>(cell.done);
+  if (cell.done == slab_end(index_->cells[cell_number].slab)) retract_children(cell, cell_number);
+  const std::uint32_t target = cell.made_before.back();
+  const std::uint32_t undone = cell.vertices.made - target;
+  while (cell.vertices.made > target) {
+    --cell.vertices.made;
+    undo_split(state_, cell_number, cell.done, cell.undo.back(), cell.vertices.first_new + cell.vertices.made);
+    cell.undo.pop_back();
+  }
+  for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) {
+    std::uint8_t& near_root = state_.contexts[cell.vertices.at(i)].near_root;
+    if (near_root == mark) near_root = 0;
+  }
+  cell.made_before.pop_back();
+  cell.neighbours_known = false;
+  --cell.done;
+  vertex_count_ -= undone;
+  return undone;
+}
+
+std::uint64_t ProgressiveMesh::coarsen_to(std::uint32_t generation) {
+  if (!index_) return 0;
+  std::uint32_t border = 0;
+  for (const std::uint8_t end : head_->layer_ends) {
+    if (end <= generation) border = end;
+  }
+  std::uint64_t undone = 0;
+  for (std::uint32_t g = head_->generation_count(); g > border; --g) {
+    for (std::size_t c = cells_.size(); c-- > 0;) {
+      if (cells_[c].started && cells_[c].done == g && !cells_[c].made_before.empty()) {
+        undone += undo_generation(static_cast<std::uint32_t>(c));
+      }
+    }
+  }
+  for (auto& list : waiting_) list.clear();
+  for (std::uint32_t c = 0; c < cells_.size(); ++c) enqueue(c);
+  return undone;
+}
+
+std::uint32_t ProgressiveMesh::complete_generation() const {
+  std::uint32_t least = head_->generation_count();
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    const Cell& cell = cells_[c];
+    const bool leads_on = cell.done == slab_end(index_->cells[c].slab) && index_->cells[c].child_count > 0;
+    if (cell.started && !leads_on) least = std::min(least, cell.done);
+  }
+  return cells_.empty() ? 0 : least;
+}
+
+TriangleMesh ProgressiveMesh::triangle_mesh() const {
+  TriangleMesh mesh;
+  std::vector<VertexId> number(state_.rings.vertex_capacity(), 0);
+  mesh.positions.reserve(vertex_count_);
+  for (VertexId v = 0; v < number.size(); ++v) {
+    if (!state_.rings.contains(v)) continue;
+    number[v] = static_cast<VertexId>(mesh.positions.size());
+    mesh.positions.push_back(head_->grid.decode(state_.places[v]));
+  }
+  mesh.triangles = state_.rings.triangles();
+  for (Triangle& t : mesh.triangles) {
+    for (VertexId& v : t) v = number[v];
+  }
+  return mesh;
+}
+
+std::size_t ProgressiveMesh::memory_bytes() const {
+  std::size_t bytes = state_.rings.memory_bytes() + state_.places.capacity() * sizeof(GridPoint) +
+                      state_.contexts.capacity() * sizeof(VertexContext) +
+                      state_.cells.capacity() * sizeof(std::uint32_t) + cells_.capacity() * sizeof(Cell);
+  for (const Cell& cell : cells_) {
+    bytes += cell.vertices.initial.capacity() * sizeof(VertexId) + cell.undo.capacity() * sizeof(SplitUndo) +
+             cell.neighbours.capacity() * sizeof(std::uint32_t) + cell.made_before.capacity() * sizeof(std::uint32_t);
+    for (const auto& segment : cell.segments) bytes += segment.capacity();
+  }
+  return bytes;
+}
+
+}  // namespace fanstream

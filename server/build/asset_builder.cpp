@@ -1,0 +1,226 @@
+#include "server/build/asset_builder.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/build/base_matching.h"
+#include "server/build/cell_grower.h"
+#include "server/build/layer_plan.h"
+#include "server/build/split_training.h"
+
+namespace fanstream {
+namespace {
+
+class Builder {
+ public:
+  Builder(const TriangleMesh& mesh, const BuildOptions& options) : mesh_(mesh), options_(options) {}
+
+  Result<SplitSample> sample() {
+    describe();
+    const MergeHistory history = run_simplify();
+    const CodedHistory coded(history, coded_places());
+    plan(history);
+    if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
+    return observe(coded);
+  }
+
+  Result<BuiltAsset> build() {
+    if (mesh_.positions.size() > kMostVertices) {
+      return fail(ErrorKind::limit, std::to_string(mesh_.positions.size()) + " vertices, the limit is " + std::to_string(kMostVertices));
+    }
+    if (mesh_.triangles.empty()) return fail(ErrorKind::bad_input, "no triangles left after cleaning");
+    describe();
+    const MergeHistory history = run_simplify();
+    const CodedHistory coded(history, coded_places());
+    plan(history);
+    if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
+    if (Result<void> trained = train(coded); !trained) return tl::unexpected(trained.error());
+    if (Result<void> encoded = encode(coded); !encoded) return tl::unexpected(encoded.error());
+    return assemble(history);
+  }
+
+ private:
+  void report(std::string_view stage, double fraction) const {
+    if (options_.progress) options_.progress(stage, fraction);
+  }
+
+  std::vector<GridPoint> coded_places() const {
+    std::vector<GridPoint> places(mesh_.positions.size());
+    for (std::size_t v = 0; v < places.size(); ++v) places[v] = head_.grid.encode(mesh_.positions[v]);
+    return places;
+  }
+
+  void describe() {
+    head_.vertex_count = static_cast<std::uint32_t>(mesh_.positions.size());
+    head_.triangle_count = static_cast<std::uint32_t>(mesh_.triangles.size());
+    head_.component_count = static_cast<std::uint32_t>(count_components(mesh_.positions.size(), mesh_.triangles));
+    head_.grid = PositionGrid::fit(mesh_.positions, options_.position_bits.value_or(PositionGrid::default_bits(mesh_)));
+  }
+
+  MergeHistory run_simplify() const {
+    SimplifyOptions simplify_options;
+    simplify_options.base_vertices = options_.base_vertices;
+    simplify_options.edges_per_vertex = options_.edges_per_vertex;
+    simplify_options.progress = [this](double fraction) { report("simplify", fraction); };
+    return simplify(mesh_, simplify_options);
+  }
+
+  void plan(const MergeHistory& history) {
+    std::vector<std::uint32_t> vertices{history.base_vertices};
+    for (std::uint32_t g = history.generation_count(); g-- > 0;) {
+      vertices.push_back(head_.vertex_count - history.generation_begin[g]);
+    }
+    const LayerPlan layers =
+        plan_layers(vertices, {options_.cell_vertices, options_.slab_growth, options_.segment_splits});
+    head_.layer_ends = layers.layer_ends;
+    head_.slab_ends = layers.slab_ends;
+    if (!layers.layer_ends.empty()) {
+      head_.root_cell_count = CellGrower::parts_for(history.base_vertices, options_.cell_vertices);
+    }
+  }
+
+  Result<void> code_base(const CodedHistory& coded) {
+    std::vector<VertexId> numbers;
+    const BaseMesh base = coded.base(numbers);
+    Result<std::vector<std::byte>> bytes = encode_base(base);
+    if (!bytes) return tl::unexpected(bytes.error());
+    Result<BaseMesh> decoded = decode_base(*bytes, head_.vertex_count);
+    if (!decoded) return tl::unexpected(with_context(decoded.error(), "reading back the base"));
+    Result<std::vector<VertexId>> order = match_base(base, *decoded);
+    if (!order) return tl::unexpected(order.error());
+    base_numbers_.clear();
+    for (const VertexId v : *order) base_numbers_.push_back(numbers[v]);
+    head_.base = std::move(*decoded);
+    base_bytes_ = std::move(*bytes);
+    return {};
+  }
+
+  Result<void> train(const CodedHistory& coded) {
+    report("learn statistics", 0.0);
+    Result<SplitSample> sample = observe(coded);
+    if (!sample) return tl::unexpected(sample.error());
+    learn_symbols(sample->counts, head_.statistics);
+    sample->geometry.learn(head_.statistics);
+    return {};
+  }
+
+  Result<SplitSample> observe(const CodedHistory& coded) const {
+    const SplitModel model;
+    CountingCoder counter(model);
+    SplitSample sample{{}, GeometryTraining(coded.history.merges.size())};
+    const glm::vec3 unit = head_.grid.unit();
+    CellGrower grower(head_, coded, base_numbers_, options_.cell_vertices);
+    Result<void> replayed = grower.replay(
+        model, [&](std::uint32_t) -> CountingCoder& { return counter; },
+        [&](const RingGeometry& ring, const FanSplit& split, const MergeRecord&) {
+          sample.geometry.observe(ring, split, unit);
+        },
+        [](std::uint32_t, std::uint32_t) {});
+    if (!replayed) return tl::unexpected(replayed.error());
+    sample.counts = counter.counts();
+    return sample;
+  }
+
+  Result<void> encode(const CodedHistory& coded) {
+    const SplitModel model(head_.statistics);
+    CellGrower grower(head_, coded, base_numbers_, options_.cell_vertices);
+    std::vector<RansEncoder> encoders;
+    std::vector<std::uint32_t> layer_splits;
+    std::vector<std::vector<std::vector<std::byte>>> by_cell;  // [cell][layer of its slab]
+    std::vector<std::uint32_t> splits_before;
+    Result<void> replayed = grower.replay(
+        model,
+        [&](std::uint32_t cell) -> RansEncoder& {
+          if (cell >= encoders.size()) encoders.resize(cell + 1);
+          return encoders[cell];
+        },
+        [&](const RingGeometry&, const FanSplit&, const MergeRecord&) {},
+        [&](std::uint32_t layer, std::uint32_t cell) {
+          if (cell >= by_cell.size()) by_cell.resize(cell + 1);
+          std::vector<std::byte> bytes = encoders[cell].finish();
+          by_cell[cell].push_back(std::move(bytes));
+          if (layer + 1 == head_.layer_ends.size()) report("encode", 1.0);
+        });
+    if (!replayed) return replayed;
+    index_.cells = grower.cells();
+    layer_segments_.resize(head_.layer_ends.size());
+    for (std::uint32_t c = 0; c < index_.cells.size(); ++c) {
+      CellEntry& cell = index_.cells[c];
+      cell.first_segment = static_cast<std::uint32_t>(index_.segments.size());
+      cell.segment_count = static_cast<std::uint32_t>(by_cell[c].size());
+      for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
+        SegmentEntry entry;
+        entry.size_bytes = static_cast<std::uint32_t>(by_cell[c][s].size());
+        entry.checksum = segment_checksum(by_cell[c][s]);
+        index_.segments.push_back(entry);
+        auto& out = layer_segments_[head_.layer_begin(cell.slab) + s];
+        out.insert(out.end(), by_cell[c][s].begin(), by_cell[c][s].end());
+      }
+    }
+    return {};
+  }
+
+  Result<BuiltAsset> assemble(const MergeHistory& history) {
+    ByteWriter head;
+    write_head(head_, base_bytes_, head);
+    ByteWriter index;
+    write_index(index_, head_, index);
+    AssetPreamble preamble;
+    preamble.head_bytes = kPreambleBytes + head.size();
+    preamble.index_bytes = index.size();
+    for (const auto& layer : layer_segments_) preamble.segment_bytes += layer.size();
+    ByteWriter body;
+    body.bytes(head.view());
+    body.bytes(index.view());
+    for (const auto& layer : layer_segments_) body.bytes(layer);
+    preamble.digest = content_digest(body.view());
+    ByteWriter file;
+    write_preamble(preamble, file);
+    file.bytes(body.view());
+    BuiltAsset built;
+    built.bytes = file.take();
+    fill_report(built, history, preamble);
+    return built;
+  }
+
+  void fill_report(BuiltAsset& built, const MergeHistory& history, const AssetPreamble& preamble) const {
+    BuildReport& r = built.report;
+    r.vertices = head_.vertex_count;
+    r.triangles = head_.triangle_count;
+    r.components = head_.component_count;
+    r.position_bits = head_.grid.bits();
+    r.generations = history.generation_count();
+    r.base_vertices = static_cast<std::uint32_t>(head_.base.places.size());
+    r.base_triangles = static_cast<std::uint32_t>(head_.base.triangles.size());
+    r.splits = r.vertices - r.base_vertices;
+    r.cells = static_cast<std::uint32_t>(index_.cells.size());
+    r.segments = static_cast<std::uint32_t>(
+        std::count_if(index_.segments.begin(), index_.segments.end(), [](const SegmentEntry& s) { return s.size_bytes != 0; }));
+    r.total_bytes = built.bytes.size();
+    r.base_bytes = base_bytes_.size();
+    r.split_bytes = preamble.segment_bytes;
+    r.table_bytes = r.total_bytes - r.base_bytes - r.split_bytes;
+  }
+
+  const TriangleMesh& mesh_;
+  const BuildOptions& options_;
+  AssetHead head_;
+  AssetIndex index_;
+  std::vector<VertexId> base_numbers_;  // the model's vertex of each base vertex
+  std::vector<std::byte> base_bytes_;
+  std::vector<std::vector<std::byte>> layer_segments_;
+};
+
+}  // namespace
+
+Result<BuiltAsset> build_asset(const TriangleMesh& mesh, const BuildOptions& options) {
+  return Builder(mesh, options).build();
+}
+
+Result<SplitSample> sample_splits(const TriangleMesh& mesh, const BuildOptions& options) {
+  return Builder(mesh, options).sample();
+}
+
+}  // namespace fanstream

@@ -1,0 +1,48 @@
+// From a cleaned mesh to the bytes of an asset.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "common/asset/asset_layout.h"
+#include "common/mesh/triangle_mesh.h"
+#include "common/support/result.h"
+#include "server/build/split_training.h"
+
+namespace fanstream {
+
+struct BuildOptions {
+  std::optional<int> position_bits;  // default: PositionGrid::default_bits
+  std::uint32_t base_vertices = 256;
+  // Vertices that a cell starts with. Smaller cells follow a view more closely and cost more bytes of table.
+  std::uint32_t cell_vertices = 40;
+  // How much a slab of generations multiplies the vertices: a cell of more slabs is cut into smaller cells as it grows.
+  double slab_growth = 3.5;
+  // Generations are joined into a layer until a cell's segment holds about this many splits.
+  double segment_splits = 48.0;
+  double edges_per_vertex = 1.5;  // SimplifyOptions::edges_per_vertex
+  // Called with the stage's name and the share of it that is done; may be empty.
+  std::function<void(std::string_view stage, double fraction)> progress;
+};
+
+struct BuildReport {
+  std::uint32_t vertices = 0, triangles = 0, components = 0;
+  int position_bits = 0;
+  std::uint32_t generations = 0, base_vertices = 0, base_triangles = 0, splits = 0, cells = 0, segments = 0;
+  std::uint64_t total_bytes = 0, base_bytes = 0, split_bytes = 0, table_bytes = 0;
+  double bits_per_vertex() const { return 8.0 * static_cast<double>(total_bytes) / vertices; }
+};
+
+struct BuiltAsset {
+  std::vector<std::byte> bytes;
+  BuildReport report;
+};
+
+// Precondition: `mesh` is an oriented manifold with at least one face (clean_mesh). Fails if it has more than kMostVertices
+// vertices or if a stage reports an error. Deterministic: the same mesh and options give the same bytes. Single-threaded.
+Result<BuiltAsset> build_asset(const TriangleMesh& mesh, const BuildOptions& options);
+
+// What a mesh's splits look like to the coder: the material that built-in statistics are made from.
+Result<SplitSample> sample_splits(const TriangleMesh& mesh, const BuildOptions& options);
+
+}  // namespace fanstream

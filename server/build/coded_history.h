@@ -1,0 +1,49 @@
+// A merge history on the grid, and its replay from the coarsest mesh in the order in which it is coded.
+#pragma once
+
+#include <functional>
+
+#include "common/asset/asset_layout.h"
+#include "common/refine/cell_coder.h"
+#include "server/build/simplifier.h"
+
+namespace fanstream {
+
+// Places of all vertices on the grid as merges leave them, and each merge's displacement. Generations are numbered as in the
+// asset: 1 is the coarsest.
+struct CodedHistory {
+  const MergeHistory& history;
+  std::vector<GridPoint> displacements;  // by merge
+  std::vector<GridPoint> base_places;    // by the model's vertex, where the vertex is in the base
+
+  CodedHistory(const MergeHistory& merges, std::vector<GridPoint> places);
+  std::uint32_t generation_count() const { return history.generation_count(); }
+  std::uint32_t generation_begin(std::uint32_t generation) const;  // into merges
+  std::uint32_t generation_end(std::uint32_t generation) const;
+  BaseMesh base(std::vector<VertexId>& numbers) const;  // numbers: for each base vertex, the model's
+};
+
+// Knows the splits of the generation that is being replayed. The Source of code_generation.
+class HistorySource {
+ public:
+  HistorySource(const CodedHistory& coded, const std::vector<VertexId>& base_numbers, std::size_t vertex_count);
+
+  void begin_generation(std::uint32_t generation);
+  std::uint32_t split_count(VertexId v) const { return counts_[original_[v]]; }
+  FanSplit split(const RingGeometry& ring, VertexId root) const;
+  void made(const FanSplit& split, VertexContext before, VertexId added);
+
+  VertexId original(VertexId v) const { return original_[v]; }
+  const MergeRecord& merge_of(VertexId root) const;  // the next one of this root
+
+ private:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  const CodedHistory& coded_;
+  std::vector<VertexId> original_;       // by coded number
+  std::vector<VertexId> number_;         // by the model's vertex
+  std::vector<std::uint32_t> latest_;    // by the model's vertex: its next merge to undo
+  std::vector<std::uint8_t> counts_;     // and how many there are
+  std::vector<std::uint32_t> previous_;  // by merge
+};
+
+}  // namespace fanstream

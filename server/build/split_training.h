@@ -1,0 +1,65 @@
+// Learns an asset's coding statistics from the splits that are to be coded.
+#pragma once
+
+#include <vector>
+
+#include "common/coding/split_coder.h"
+
+namespace fanstream {
+
+// A coder that counts symbols instead of writing them.
+class CountingCoder {
+ public:
+  explicit CountingCoder(const SplitModel& model) : model_(model), counts_(model.symbols.size()) {}
+  int symbol(const FrequencyTable& table, int value) {
+    const std::ptrdiff_t index = &table - model_.symbols.data();
+    if (index >= 0 && index < static_cast<std::ptrdiff_t>(counts_.size())) {
+      counts_[static_cast<std::size_t>(index)][static_cast<std::size_t>(value)] += 1.0;
+    }
+    return value;
+  }
+  unsigned bits(int /*count*/, unsigned value) { return value; }
+  using Counts = std::vector<std::array<double, FrequencyTable::kMaxSymbols>>;
+  const Counts& counts() const { return counts_; }
+
+ private:
+  const SplitModel& model_;
+  Counts counts_;
+};
+
+// Learns prediction weights by least squares and spreads from what those leave, from a sample of the splits.
+class GeometryTraining {
+ public:
+  explicit GeometryTraining(std::size_t split_count) : stride_(1 + split_count / kMostSamples) {}
+  void observe(const RingGeometry& ring, const FanSplit& split, const glm::vec3& unit);
+  void add(const GeometryTraining& other) { samples_.insert(samples_.end(), other.samples_.begin(), other.samples_.end()); }
+  // Replaces what has been seen often enough.
+  void learn(SplitStatistics& statistics) const;
+
+ private:
+  static constexpr std::size_t kMostSamples = 150'000;
+  struct Sample {
+    RingFeatures features;
+    glm::vec3 target;
+    glm::vec3 normal;
+    float mean_length;
+    float bend;
+    bool open;
+  };
+  void learn_weights(SplitStatistics& statistics) const;
+  void learn_spreads(SplitStatistics& statistics) const;
+
+  std::vector<Sample> samples_;
+  std::size_t stride_;
+  std::size_t seen_ = 0;
+};
+
+struct SplitSample {
+  CountingCoder::Counts counts;
+  GeometryTraining geometry;
+};
+
+// Replaces the symbol tables whose own statistics save more than they cost.
+void learn_symbols(const CountingCoder::Counts& counts, SplitStatistics& statistics);
+
+}  // namespace fanstream
