@@ -121,7 +121,11 @@ Result<GltfBuffer> load_external(const InputFile& file, const std::string& uri, 
   const Result<std::filesystem::path> path = resolve(file, uri, what);
   if (!path) return tl::unexpected(path.error());
   const Result<InputFile> external = InputFile::read(*path);
-  if (!external) return tl::unexpected(with_context(external.error(), fmt::format("{}: {}", file.name(), what)));
+  if (!external) {
+    const std::string_view reason = external.error().message;  // "path: reason"
+    return fail_in(file, external.error().kind,
+                   fmt::format("{}: its file {} {}", what, quote(uri), reason.substr(reason.rfind(": ") + 2)));
+  }
   const std::string_view bytes = external->bytes();
   return GltfBuffer{{}, {bytes.begin(), bytes.end()}};
 }

@@ -32,7 +32,21 @@ tl::unexpected<Error> fail_with_errno(const std::filesystem::path& path, std::st
   return fail(kind, fmt::format("{}: {}: {}", path.string(), what, std::strerror(code)));
 }
 
+tl::unexpected<Error> fail_empty(const std::filesystem::path& path) {
+  return fail(ErrorKind::bad_input, fmt::format("{}: the file is empty", path.string()));
+}
+
 }  // namespace
+
+Result<InputFile> InputFile::from_memory(std::string_view bytes, const std::filesystem::path& path) {
+  if (bytes.empty()) return fail_empty(path);
+  InputFile result;
+  result.path_ = path;
+  result.size_bytes_ = bytes.size();
+  result.storage_ = std::make_unique_for_overwrite<char[]>(bytes.size());
+  std::copy(bytes.begin(), bytes.end(), result.storage_.get());
+  return result;
+}
 
 Result<InputFile> InputFile::read(const std::filesystem::path& path) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
@@ -40,7 +54,7 @@ Result<InputFile> InputFile::read(const std::filesystem::path& path) {
   struct stat status {};
   if (::fstat(file.value(), &status) != 0) return fail_with_errno(path, "cannot be examined");
   if (!S_ISREG(status.st_mode)) return fail(ErrorKind::io, fmt::format("{}: is not a regular file", path.string()));
-  if (status.st_size == 0) return fail(ErrorKind::bad_input, fmt::format("{}: is empty", path.string()));
+  if (status.st_size == 0) return fail_empty(path);
   InputFile result;
   result.path_ = path;
   result.size_bytes_ = static_cast<std::size_t>(status.st_size);

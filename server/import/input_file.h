@@ -15,6 +15,8 @@ class InputFile {
  public:
   // Regular files only: a pipe or device could block or never end. An empty file is an error.
   static Result<InputFile> read(const std::filesystem::path& path);
+  // A copy of bytes that `path` is said to hold.
+  static Result<InputFile> from_memory(std::string_view bytes, const std::filesystem::path& path);
 
   std::string_view bytes() const { return {storage_.get(), size_bytes_}; }
   const std::filesystem::path& path() const { return path_; }

@@ -65,11 +65,10 @@ Result<ImportedMesh> read(const InputFile& file, MeshFormat format, const Import
   return read_gltf(file, options);
 }
 
-Result<ImportedMesh> import_unguarded(const std::filesystem::path& path, const ImportOptions& options) {
-  Result<InputFile> file = InputFile::read(path);
+Result<ImportedMesh> import_unguarded(const Result<InputFile>& file, const ImportOptions& options) {
   if (!file) return tl::unexpected(file.error());
   const std::optional<MeshFormat> content = format_of_content(file->bytes());
-  const std::optional<MeshFormat> extension = format_of_extension(path);
+  const std::optional<MeshFormat> extension = format_of_extension(file->path());
   const std::optional<MeshFormat> format = content ? content : extension;
   if (!format) {
     return fail_in(*file, ErrorKind::unsupported,
@@ -84,9 +83,24 @@ Result<ImportedMesh> import_unguarded(const std::filesystem::path& path, const I
   result->format = *format;
   if (extension && *extension != *format) {
     result->warnings.push_back(
-        fmt::format("The file is called {}, but its content is {}.", path.extension().string(), name(*format)));
+        fmt::format("The file is called {}, but its content is {}.", file->path().extension().string(), name(*format)));
   }
   return result;
+}
+
+// Libraries throw: nothing of that may leave this room.
+template <class Open>
+Result<ImportedMesh> import_guarded(Open open, const std::filesystem::path& path, const ImportOptions& options) {
+  ImportOptions limited = options;
+  limited.max_vertices = std::min(options.max_vertices, kMaxVertices);
+  limited.max_triangles = std::min(options.max_triangles, kMaxTriangles);
+  try {
+    return import_unguarded(open(), limited);
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorKind::limit, path.string() + ": not enough memory for this mesh");
+  } catch (const std::exception& problem) {
+    return fail(ErrorKind::bad_input, fmt::format("{}: cannot be read: {}", path.string(), problem.what()));
+  }
 }
 
 }  // namespace
@@ -104,16 +118,12 @@ std::string_view name(MeshFormat format) {
 }
 
 Result<ImportedMesh> import_mesh(const std::filesystem::path& path, const ImportOptions& options) {
-  ImportOptions limited = options;
-  limited.max_vertices = std::min(options.max_vertices, kMaxVertices);
-  limited.max_triangles = std::min(options.max_triangles, kMaxTriangles);
-  try {
-    return import_unguarded(path, limited);
-  } catch (const std::bad_alloc&) {
-    return fail(ErrorKind::limit, path.string() + ": not enough memory for this mesh");
-  } catch (const std::exception& problem) {  // from the libraries
-    return fail(ErrorKind::bad_input, fmt::format("{}: cannot be read: {}", path.string(), problem.what()));
-  }
+  return import_guarded([&] { return InputFile::read(path); }, path, options);
+}
+
+Result<ImportedMesh> import_mesh_from_memory(std::string_view bytes, const std::filesystem::path& path,
+                                             const ImportOptions& options) {
+  return import_guarded([&] { return InputFile::from_memory(bytes, path); }, path, options);
 }
 
 }  // namespace fanstream

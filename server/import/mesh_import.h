@@ -57,4 +57,9 @@ struct ImportedMesh {
 // Memory: the file's size plus the result. Safe on untrusted files, and from several threads at once.
 Result<ImportedMesh> import_mesh(const std::filesystem::path& path, const ImportOptions& options = {});
 
+// The same for bytes in memory, as if `path` named a file that holds them: for its extension, for errors, and for the
+// files that glTF names beside it.
+Result<ImportedMesh> import_mesh_from_memory(std::string_view bytes, const std::filesystem::path& path,
+                                             const ImportOptions& options = {});
+
 }  // namespace fanstream

@@ -168,6 +168,7 @@ bool looks_like_binary_stl(std::string_view bytes) {
 
 // Binary files may begin with "solid" too, so a second word of the grammar must follow early, and no zero byte.
 bool looks_like_text_stl(std::string_view bytes) {
+  if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);  // UTF-8's byte order mark
   const std::string_view start = bytes.substr(0, 1024);
   const std::size_t first = start.find_first_not_of(" \t\r\n");
   if (first == std::string_view::npos || !equals_ignoring_case(start.substr(first, 5), "solid")) return false;
