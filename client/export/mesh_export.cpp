@@ -7,8 +7,11 @@
 #include <cctype>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
+#include <type_traits>
 
 #include "client/support/atomic_file.h"
 
@@ -21,11 +24,12 @@ using Bytes = std::vector<std::uint8_t>;
 
 template <class T>
 void append(Bytes& bytes, const T& value) {
+  static_assert(std::is_trivially_copyable_v<T>);
   const auto* begin = reinterpret_cast<const std::uint8_t*>(&value);
   bytes.insert(bytes.end(), begin, begin + sizeof value);
 }
 
-void append(Bytes& bytes, std::string_view text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
+void append_text(Bytes& bytes, std::string_view text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
 
 // Whether x is finite and at most the largest float.
 bool in_float_range(double x) { return std::abs(x) <= static_cast<double>(std::numeric_limits<float>::max()); }
@@ -63,10 +67,11 @@ Bytes encode_ply(std::span<const glm::dvec3> positions, std::span<const Triangle
   const std::string type = floats ? "float" : "double";
   Bytes bytes;
   bytes.reserve(256 + positions.size() * (floats ? 12 : 24) + triangles.size() * 13);
-  append(bytes, std::string_view("ply\nformat binary_little_endian 1.0\ncomment Fanstream\n"));
-  append(bytes, fmt::format("element vertex {0}\nproperty {1} x\nproperty {1} y\nproperty {1} z\nelement face {2}\n"
-                            "property list uchar int vertex_indices\nend_header\n",
-                            positions.size(), type, triangles.size()));
+  append_text(bytes, "ply\nformat binary_little_endian 1.0\ncomment Fanstream\n");
+  append_text(bytes,
+              fmt::format("element vertex {0}\nproperty {1} x\nproperty {1} y\nproperty {1} z\nelement face {2}\n"
+                          "property list uchar int vertex_indices\nend_header\n",
+                          positions.size(), type, triangles.size()));
   for (const glm::dvec3& position : positions) {
     if (floats) {
       append(bytes, glm::vec3(position));
@@ -84,7 +89,7 @@ Bytes encode_ply(std::span<const glm::dvec3> positions, std::span<const Triangle
 Bytes encode_obj(std::span<const glm::dvec3> positions, std::span<const Triangle> triangles) {
   Bytes bytes;
   const auto out = std::back_inserter(bytes);
-  append(bytes, std::string_view("# Fanstream\n"));
+  append_text(bytes, "# Fanstream\n");
   for (const glm::dvec3& p : positions) fmt::format_to(out, "v {} {} {}\n", p.x, p.y, p.z);
   for (const Triangle& t : triangles) {
     fmt::format_to(out, "f {} {} {}\n", std::uint64_t{t[0]} + 1, std::uint64_t{t[1]} + 1, std::uint64_t{t[2]} + 1);
@@ -142,7 +147,7 @@ Result<Bytes> encode_glb(std::span<const glm::dvec3> positions, std::span<const 
   bytes.reserve(total_bytes);
   for (const std::uint32_t n : {0x46546C67U, 2U, word(total_bytes)}) append(bytes, n);  // "glTF", version, length
   for (const std::uint32_t n : {word(json.size()), 0x4E4F534AU}) append(bytes, n);      // "JSON"
-  append(bytes, std::string_view(json));
+  append_text(bytes, json);
   for (const std::uint32_t n : {word(data_bytes), 0x004E4942U}) append(bytes, n);  // "BIN"
   for (const glm::vec3& point : points) append(bytes, point);
   for (const Triangle& triangle : triangles) append(bytes, triangle);

@@ -14,7 +14,7 @@ struct ContactSheetEntry {
 };
 
 struct ContactSheetOptions {
-  std::string title;          // above everything, left out where empty
+  std::string title{};          // above everything, left out where empty
   std::uint32_t columns = 0;  // 0: a grid about as wide as it is high
   double text_height_px = 17.0;
   std::uint32_t gap_px = 16;
