@@ -1,4 +1,5 @@
-// What the network side needs to know of an asset: opaque, checksummed blobs by name. The file format behind it is ASSET.md.
+// What the network side needs to know of an asset: opaque, checksummed blobs by name. The file format behind it is
+// ASSET.md.
 #pragma once
 
 #include <array>

@@ -33,7 +33,8 @@ inline tl::unexpected<Error> fail(ErrorKind kind, std::string message) {
   return tl::unexpected<Error>(Error{kind, std::move(message)});
 }
 
-// The process exit code of each kind: 2 usage, 3 not found, 4 io, 5 bad input, 6 unsupported, 7 limit, 8 network, 130 interrupted.
+// The process exit code of each kind: 2 usage, 3 not found, 4 io, 5 bad input, 6 unsupported, 7 limit, 8 network, 130
+// interrupted.
 int exit_code(ErrorKind kind);
 
 // "bad input", "not found", ...
