@@ -93,6 +93,7 @@ class FrameReader {
   void restrict_to(std::optional<FrameType> type) { only_ = type; }
   // Stream offset of the next frame's first byte.
   std::uint64_t offset_bytes() const { return offset_bytes_; }
+  std::size_t memory_bytes() const { return buffer_.capacity(); }
   // Gives memory back when nothing is buffered; for the many idle sessions of a server.
   void shrink();
 

@@ -15,7 +15,7 @@ namespace fanstream {
 // As a prefix: every segment of the cell, however many there are.
 inline constexpr std::uint32_t kAllSegments = 0xFFFFFFFFU;
 
-// Segments 0 .. prefix-1 of one cell.
+// Segments 0 .. prefix-1 of one cell, or as many as it has: wanting more is no error, so that 'all cells to prefix 3' is one run.
 struct CellPrefix {
   std::uint32_t cell = 0;
   std::uint32_t prefix = kAllSegments;

@@ -91,7 +91,6 @@ SendPlan::Next SendPlan::next_wanted(std::uint64_t credit_bytes, std::size_t& en
       --entry_budget;
       const std::uint32_t cell = run.first_cell + run_cell_;
       const std::uint32_t count = std::min(source_->segment_count(cell), kMaxSegmentsPerCell);
-      if (run.prefix != kAllSegments && run.prefix > count) return drop_wants(), Next::out_of_range;
       const std::uint32_t segment = sent_[cell];
       if (segment >= std::min(run.prefix, count)) continue;
       const Bytes whole = source_->segment(cell, segment);

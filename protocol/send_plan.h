@@ -38,7 +38,7 @@ class SendPlan {
     wants_done,    // the list has just been served completely: say so (given once per list)
     idle,          // nothing to do
     out_of_work,   // the budget of looked-at entries is used up; ask again
-    out_of_range,  // the list names a cell or prefix that the model has not; the list is dropped
+    out_of_range,  // the list names a cell that the model has not; the list is dropped
     too_large,     // the asset holds a segment beyond kMaxSegmentBytes
   };
 

@@ -282,7 +282,7 @@ bool ServerSession::choose_one(std::size_t& entry_budget) {
     case SendPlan::Next::no_credit: blocked_on_credit_ = true; return false;
     case SendPlan::Next::out_of_range:
       refuse(ErrorCode::want_out_of_range,
-             "wants " + std::to_string(plan_.epoch()) + ": a cell or prefix beyond the model's " +
+             "wants " + std::to_string(plan_.epoch()) + ": a cell beyond the model's " +
                  std::to_string(plan_.source()->cell_count()) + " cells; the rest of the list is dropped",
              plan_.epoch());
       return false;

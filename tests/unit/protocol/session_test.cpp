@@ -51,6 +51,18 @@ TEST(Session, SegmentsComeInTheOrderOfTheList) {
   EXPECT_EQ(pair.arrived_cells, expected);
 }
 
+TEST(Session, AListByLevelsComesCoarseToFine) {
+  const auto source = make_source({18, 80, 5, 300});
+  SessionPair pair;
+  pair.open(source);
+  std::vector<CellRun> levels;
+  for (std::uint32_t prefix = 1; prefix <= 5; ++prefix) levels.push_back({0, 80, prefix});
+  ASSERT_TRUE(pair.client.set_wants(levels));
+  pair.run();
+  EXPECT_EQ(pair.arrived_cells.size(), source->segment_total());
+  EXPECT_TRUE(std::ranges::is_sorted(pair.arrived_cells, {}, &CellPrefix::prefix));
+}
+
 TEST(Session, AReplacedListSendsNothingMoreThatTheTransportHadNotTaken) {
   const auto source = make_source({4, 200, 5, 2000});
   for (const std::size_t taken_bytes : {0U, 1U, 100U, 5'000U, 70'001U, 150'000U}) {
@@ -239,7 +251,7 @@ TEST(Session, UnknownModelIsRefusedAndAnotherMayBeOpened) {
 
 TEST(Session, WantsOutOfRangeAreRefusedAndTheNextListIsServed) {
   const auto source = make_source({11, 20});
-  for (const CellRun bad : {CellRun{20, 1, 1}, CellRun{15, 6, kAllSegments}, CellRun{0, 1, 7}}) {
+  for (const CellRun bad : {CellRun{20, 1, 1}, CellRun{15, 6, kAllSegments}, CellRun{4'000'000, 1, 0}}) {
     SessionPair pair;
     pair.open(source);
     ASSERT_TRUE(pair.client.set_wants({bad}));
@@ -309,7 +321,10 @@ TEST(Session, SilenceIsAnsweredByPingAndThenByTheEnd) {
   EXPECT_FALSE(pair.server.closing());
   EXPECT_FALSE(pair.client.failed());
 
-  for (; pair.now_ms < 600'000 && !pair.server.closing(); pair.now_ms += 1000) pair.server.tick(pair.now_ms);
+  for (; pair.now_ms < 600'000 && !pair.server.closing(); pair.now_ms += 1000) {
+    pair.server.tick(pair.now_ms);
+    pair.server_to_client();  // which no longer answers
+  }
   EXPECT_NE(pair.server.close_reason().find("idle"), std::string::npos);
 }
 
