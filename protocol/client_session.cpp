@@ -183,8 +183,7 @@ std::optional<ClientEvent> ClientSession::handle_welcome(Bytes payload) {
   }
   welcomed_ = true;
   reader_.restrict_to(std::nullopt);
-  credit_bytes_ = options_.window_bytes;
-  encode(Credit{credit_bytes_}, output_);
+  grant(options_.window_bytes);
   return event::Welcomed{welcome->version};
 }
 
@@ -246,15 +245,18 @@ std::optional<ClientEvent> ClientSession::completed_blob() {
   return std::nullopt;
 }
 
+// Counts only when it has left: before that the server cannot know of it.
+void ClientSession::grant(std::uint64_t bytes) {
+  encode(Credit{bytes}, output_);
+  granted_unsent_bytes_ += bytes;
+}
+
 // False if the server sends more than it was granted.
 bool ClientSession::spend_credit(std::size_t size_bytes) {
   if (size_bytes > credit_bytes_) return false;
   credit_bytes_ -= size_bytes;
   consumed_bytes_ += size_bytes;
-  if (consumed_bytes_ >= options_.window_bytes / 4) {
-    encode(Credit{consumed_bytes_}, output_);
-    credit_bytes_ += std::exchange(consumed_bytes_, 0);
-  }
+  if (consumed_bytes_ >= options_.window_bytes / 4) grant(std::exchange(consumed_bytes_, 0));
   return true;
 }
 
@@ -347,6 +349,7 @@ void ClientSession::written(std::size_t size_bytes) {
   assert(size_bytes <= output_.size() - output_sent_);
   output_sent_ += size_bytes;
   if (output_sent_ < output_.size()) return;
+  credit_bytes_ += std::exchange(granted_unsent_bytes_, 0);
   output_.clear();
   output_sent_ = 0;
 }

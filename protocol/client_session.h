@@ -129,6 +129,7 @@ class ClientSession {
   std::optional<ClientEvent> completed_blob();
   ClientEvent fail_with(ErrorKind kind, std::string message);
   ClientEvent unexpected(FrameType type, std::string_view why);
+  void grant(std::uint64_t bytes);
   bool spend_credit(std::size_t size_bytes);
   bool awaits_something() const;
 
@@ -156,6 +157,7 @@ class ClientSession {
   std::uint32_t set_epoch_ = 0, served_epoch_ = 0, sent_epoch_ = 0;
 
   std::uint64_t credit_bytes_ = 0;    // granted and not used up by what arrived
+  std::uint64_t granted_unsent_bytes_ = 0;
   std::uint64_t consumed_bytes_ = 0;  // used up and not yet granted again
   std::uint64_t received_bytes_ = 0;
   std::uint64_t received_segments_ = 0;

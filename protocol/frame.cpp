@@ -71,22 +71,35 @@ std::optional<std::size_t> max_payload_bytes(FrameType type, Receiver receiver) 
   return std::nullopt;
 }
 
+namespace {
+
+// The type lies outside the hashed bytes, so it is added. Seeding with it would cost a new secret per frame.
+std::uint32_t finish_checksum(FrameType type, XXH64_hash_t hash) {
+  return static_cast<std::uint32_t>(hash) + static_cast<std::uint32_t>(type) * 0x9E3779B1U;
+}
+
+std::uint32_t whole_checksum(FrameType type, Bytes content) {
+  return finish_checksum(type, XXH3_64bits(content.data(), content.size()));
+}
+
+}  // namespace
+
 std::uint32_t frame_checksum(FrameType type, Bytes fields, Bytes blob) {
+  std::array<std::byte, 256> joined;
+  if (fields.size() + blob.size() <= joined.size()) {
+    std::copy(fields.begin(), fields.end(), joined.begin());
+    std::copy(blob.begin(), blob.end(), joined.begin() + static_cast<std::ptrdiff_t>(fields.size()));
+    return whole_checksum(type, Bytes(joined).first(fields.size() + blob.size()));
+  }
   XXH3_state_t state;
   XXH3_INITSTATE(&state);
-  state.extSecret = nullptr;  // read by the reset although it is about to be set
-  XXH3_64bits_reset_withSeed(&state, static_cast<XXH64_hash_t>(type));
+  XXH3_64bits_reset(&state);
   XXH3_64bits_update(&state, fields.data(), fields.size());
   XXH3_64bits_update(&state, blob.data(), blob.size());
-  return static_cast<std::uint32_t>(XXH3_64bits_digest(&state));
+  return finish_checksum(type, XXH3_64bits_digest(&state));
 }
 
 namespace {
-
-std::uint32_t whole_checksum(FrameType type, Bytes content) {
-  return static_cast<std::uint32_t>(
-      XXH3_64bits_withSeed(content.data(), content.size(), static_cast<XXH64_hash_t>(type)));
-}
 
 void put_little_endian(std::byte* to, std::uint32_t value, int count) {
   for (int i = 0; i < count; ++i) to[i] = static_cast<std::byte>(value >> (8 * i));

@@ -53,7 +53,7 @@ struct FrameView {
   Bytes payload;  // of data frames: what follows the checksum
 };
 
-// The low 32 bits of XXH3-64 over `fields` and then `blob`, seeded with the frame type.
+// The low 32 bits of XXH3-64 over `fields` and then `blob`, plus the frame type times 0x9E3779B1 (mod 2^32).
 std::uint32_t frame_checksum(FrameType type, Bytes fields, Bytes blob);
 
 // Appends a frame without checksum. Precondition: payload below 2^24 bytes, not a data frame.

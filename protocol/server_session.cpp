@@ -7,7 +7,7 @@ namespace fanstream {
 namespace {
 
 constexpr std::size_t kMaxUnsentBytes = 256 * 1024;  // twice what data alone can come to, so only unread answers stop reading
-constexpr std::size_t kMaxFramesInFlight = 32;      // two buffers each: what one gather write of Asio takes
+constexpr std::size_t kMaxFramesInFlight = 256;
 constexpr std::size_t kEntriesPerWrite = 64 * 1024;  // looked-at entries of a list before others get their turn
 
 }  // namespace
@@ -308,19 +308,35 @@ void ServerSession::fill() {
   flush_control();  // a refusal found while choosing
 }
 
-std::size_t ServerSession::next_write(std::span<Bytes> buffers) {
+std::size_t ServerSession::next_write(std::span<Bytes> buffers, std::vector<std::byte>& scratch) {
   if (aborted_) return 0;
   fill();
+  scratch.clear();
+  scratch.reserve(in_flight_bytes_);  // so that it never moves while buffers point into it
   std::size_t count = 0;
+  bool joining = false;  // the last buffer is the end of scratch
+  const auto add = [&](Bytes piece) {
+    if (piece.empty()) return;
+    const bool join = piece.size() < kJoinBytes;
+    if (join) {
+      const std::byte* const at = scratch.data() + scratch.size();
+      scratch.insert(scratch.end(), piece.begin(), piece.end());
+      if (joining) {
+        buffers[count - 1] = Bytes(buffers[count - 1].data(), buffers[count - 1].size() + piece.size());
+      } else {
+        buffers[count++] = Bytes(at, piece.size());
+      }
+    } else {
+      buffers[count++] = piece;
+    }
+    joining = join;
+  };
   for (OutFrame& frame : in_flight_) {
     if (count + 2 > buffers.size()) break;
     const Bytes front = frame.front();
     const std::size_t skip = std::min(frame.written_bytes, front.size());
-    if (skip < front.size()) buffers[count++] = front.subspan(skip);
-    if (frame.data) {
-      const Bytes rest = frame.data->blob.subspan(frame.written_bytes - skip);
-      if (!rest.empty()) buffers[count++] = rest;
-    }
+    add(front.subspan(skip));
+    if (frame.data) add(frame.data->blob.subspan(frame.written_bytes - skip));
     frame.handed = true;
   }
   return count;

@@ -63,9 +63,11 @@ class ServerSession {
 
   // True if next_write() may give bytes. False positives are possible when a long list has to be looked through.
   bool wants_to_send() const;
-  // Fills `buffers` with what to write now, in order: whole frames of at most about write_batch_bytes, straight from the source.
-  // Returns how many buffers; they stay valid and unchanged until written(). 0 means ask again later.
-  std::size_t next_write(std::span<Bytes> buffers);
+  // Fills `buffers` with what to write now, in order: about write_batch_bytes of frames. Blobs come straight from the source,
+  // except that pieces below kJoinBytes are joined in `scratch`, where a copy is cheaper than one more buffer for the kernel.
+  // Returns how many buffers; they and `scratch` must stay as they are until written(). 0 means ask again later.
+  static constexpr std::size_t kJoinBytes = 1024;
+  std::size_t next_write(std::span<Bytes> buffers, std::vector<std::byte>& scratch);
   // How many of those bytes the transport took. The rest comes again.
   void written(std::size_t size_bytes, TimeMs now_ms);
 

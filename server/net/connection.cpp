@@ -123,10 +123,11 @@ void Connection::wait_writable() {
 
 // The socket can take bytes: only now is it decided which.
 void Connection::write_some() {
-  std::array<Bytes, 64> buffers;
+  std::array<Bytes, 64> buffers;                  // as many as Asio passes on in one write
+  thread_local std::vector<std::byte> scratch;  // needed only until the bytes are in the socket
   const std::uint64_t segments_before = session_.sent_segments();
   for (int i = 0; i < kWritesPerTurn && session_.wants_to_send(); ++i) {
-    const std::size_t count = session_.next_write(buffers);
+    const std::size_t count = session_.next_write(buffers, scratch);
     if (count == 0) break;
     gather_.clear();
     std::size_t total_bytes = 0;

@@ -1,6 +1,7 @@
 #include "tests/support/synthetic_source.h"
 
 #include <algorithm>
+#include <cstring>
 #include <random>
 
 namespace fanstream {
@@ -9,7 +10,10 @@ SyntheticSource::SyntheticSource(const SyntheticShape& shape) {
   std::mt19937 random(shape.seed);
   const auto blob = [&](std::size_t size) {
     std::vector<std::byte> bytes(size);
-    for (std::byte& byte : bytes) byte = static_cast<std::byte>(random());
+    for (std::size_t i = 0; i < size; i += 4) {
+      const std::uint32_t word = static_cast<std::uint32_t>(random());
+      std::memcpy(bytes.data() + i, &word, std::min<std::size_t>(4, size - i));
+    }
     size_bytes_ += size;
     return bytes;
   };

@@ -23,7 +23,7 @@ struct SessionPair {
     std::size_t moved = 0;
     while (server.wants_to_send() && moved < max_bytes) {
       std::array<Bytes, 64> buffers;
-      const std::size_t count = server.next_write(buffers);
+      const std::size_t count = server.next_write(buffers, scratch);
       if (count == 0) break;
       std::size_t taken = 0;
       for (const Bytes& buffer : std::span(buffers).first(count)) {
@@ -94,6 +94,7 @@ struct SessionPair {
   }
 
   TimeMs now_ms = 0;
+  std::vector<std::byte> scratch;
   ServerSession server;
   ClientSession client;
   std::function<void(const ServerEvent&)> on_server_event = [](const ServerEvent&) {};

@@ -186,10 +186,11 @@ TEST(Session, WithoutCreditNothingIsSentAndTheClientIsTold) {
   }
   FrameReader reader(Receiver::client);
   std::vector<FrameType> types;
+  std::vector<std::byte> scratch;
   const auto pull = [&](TimeMs now_ms) {
     std::array<Bytes, 64> buffers;
     while (server.wants_to_send()) {
-      const std::size_t count = server.next_write(buffers);
+      const std::size_t count = server.next_write(buffers, scratch);
       if (count == 0) break;
       std::size_t size = 0;
       for (const Bytes& buffer : std::span(buffers).first(count)) {
@@ -412,7 +413,7 @@ TEST(Session, ASegmentDamagedOnItsWayIsNamed) {
   ASSERT_TRUE(pair.client.set_wants(everything(*source)));
   pair.client_to_server();
   std::array<Bytes, 64> buffers;
-  const std::size_t count = pair.server.next_write(buffers);
+  const std::size_t count = pair.server.next_write(buffers, pair.scratch);
   std::vector<std::byte> bytes;
   for (const Bytes& buffer : std::span(buffers).first(count)) bytes.insert(bytes.end(), buffer.begin(), buffer.end());
   bytes[bytes.size() / 2] ^= std::byte{4};
