@@ -1,0 +1,382 @@
+#include "protocol/client_session.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace fanstream {
+namespace {
+
+constexpr TimeMs kAwayMs = 2'000;  // a gap between ticks above this is the driver's own absence
+
+}  // namespace
+
+ClientSession::ClientSession(const ClientSessionOptions& options, TimeMs now_ms)
+    : options_(options), last_tick_ms_(now_ms), last_progress_ms_(now_ms), last_received_ms_(now_ms) {
+  assert(options.window_bytes >= 2 * kMaxChunkBytes);
+  reader_.restrict_to(FrameType::welcome);
+  encode(Hello{options.version_min, options.version_max, 0}, output_);
+}
+
+void ClientSession::list() {
+  assert(welcomed_);
+  ++lists_pending_;
+  progressed_ = true;
+  write_frame(FrameType::list, {}, output_);
+}
+
+Result<void> ClientSession::open(std::string model, std::optional<Have> have) {
+  assert(welcomed_);
+  if (model.empty() || model.size() > kMaxNameBytes || !is_printable_utf8(model)) {
+    return fail(ErrorKind::usage, "a model name is 1 to 255 bytes of printable UTF-8");
+  }
+  if (opening_ || model_) return fail(ErrorKind::usage, "a session serves one model; connect again for the next");
+  if (have) {
+    if (Result<void> valid = check_runs(have->cells); !valid) return valid;
+  }
+  encode(Open{model, have}, output_);
+  opening_ = std::move(model);
+  have_ = std::move(have);
+  progressed_ = true;
+  return {};
+}
+
+Result<std::uint32_t> ClientSession::set_wants(std::vector<CellRun> runs) {
+  if (!opening_ && !model_) return fail(ErrorKind::usage, "wants need an open model");
+  if (Result<void> valid = check_runs(runs); !valid) return tl::unexpected<Error>(valid.error());
+  if (set_epoch_ == 0xFFFFFFFFU) return fail(ErrorKind::limit, "a session takes 2^32 - 1 lists of wants");
+  if (!wants_outstanding()) progressed_ = true;
+  wants_frame_.clear();
+  encode(Wants{++set_epoch_, std::move(runs)}, wants_frame_);
+  return set_epoch_;
+}
+
+Result<void> ClientSession::release(const std::vector<CellRun>& runs) {
+  if (!model_) return fail(ErrorKind::usage, "release needs an open model");
+  if (Result<void> valid = check_runs(runs); !valid) return valid;
+  std::vector<CellPrefix> dropped;
+  for (const CellRun& run : runs) {
+    if (std::uint64_t{run.first_cell} + run.cell_count > held_.size()) {
+      return fail(ErrorKind::usage, "release names cell " + std::to_string(run.first_cell + run.cell_count - 1) +
+                                        ", the model has " + std::to_string(held_.size()));
+    }
+    for (std::uint32_t cell = run.first_cell; cell < run.first_cell + run.cell_count; ++cell) {
+      if (held_[cell] > run.prefix) dropped.push_back({cell, run.prefix});
+    }
+  }
+  const std::vector<CellRun> packed = to_runs(dropped);
+  if (packed.empty()) return {};
+  if (Result<void> valid = check_runs(packed); !valid) return valid;
+  for (const CellPrefix& entry : dropped) {
+    held_[entry.cell] = entry.prefix;
+    released_[entry.cell] = true;
+  }
+  encode(Release{packed}, output_);
+  return {};
+}
+
+void ClientSession::commit(std::size_t size_bytes, TimeMs now_ms) {
+  reader_.commit(size_bytes);
+  received_bytes_ += size_bytes;
+  if (size_bytes > 0) last_received_ms_ = now_ms;
+}
+
+void ClientSession::receive(Bytes bytes, TimeMs now_ms) {
+  const std::span<std::byte> room = reader_.prepare(bytes.size());
+  std::copy(bytes.begin(), bytes.end(), room.begin());
+  commit(bytes.size(), now_ms);
+}
+
+void ClientSession::transport_closed(std::string_view why) {
+  if (!closed_) closed_ = std::string(why);
+}
+
+ClientEvent ClientSession::fail_with(ErrorKind kind, std::string message) {
+  if (!failure_) failure_ = Error{kind, std::move(message)};
+  failure_told_ = true;
+  return event::Failed{*failure_};
+}
+
+ClientEvent ClientSession::unexpected(FrameType type, std::string_view why) {
+  return fail_with(ErrorKind::bad_input, "the server sent " + name(type) + " " + std::string(why) +
+                                             " (before stream byte " + std::to_string(reader_.offset_bytes()) + ")");
+}
+
+std::string_view ClientSession::awaiting() const {
+  if (!welcomed_) return "the server's welcome";
+  if (lists_pending_ > 0) return "the catalogue";
+  if (opening_) return "the model to be opened";
+  if (model_ && !head_told_) return "the model's head";
+  if (model_ && !index_told_) return "the model's index";
+  if (wants_outstanding()) return "wanted segments";
+  return "";
+}
+
+bool ClientSession::awaits_something() const { return !awaiting().empty(); }
+
+std::optional<ClientEvent> ClientSession::next_event() {
+  if (failure_) {
+    if (failure_told_) return std::nullopt;
+    return fail_with(failure_->kind, failure_->message);
+  }
+  if (std::optional<ClientEvent> event = completed_blob()) return event;
+  for (;;) {
+    const Result<std::optional<FrameView>> frame = reader_.next();
+    if (!frame) {
+      std::string message = frame.error().message;
+      if (!welcomed_) message += "; is this a Fanstream server?";
+      return fail_with(frame.error().kind, std::move(message));
+    }
+    if (!*frame) break;
+    if (std::optional<ClientEvent> event = handle(**frame)) return event;
+  }
+  if (!closed_) return std::nullopt;
+  std::string message = *closed_ + " after " + std::to_string(received_bytes_) + " bytes";
+  if (reader_.mid_frame()) message += ", in the middle of a frame";
+  if (awaits_something()) message += ", while waiting for " + std::string(awaiting());
+  return fail_with(ErrorKind::network, std::move(message));
+}
+
+std::optional<ClientEvent> ClientSession::handle(const FrameView& frame) {
+  const auto bad = [&](const Error& error) { return fail_with(error.kind, error.message); };
+  if (frame.type != FrameType::ping && frame.type != FrameType::pong) progressed_ = true;
+  switch (frame.type) {
+    case FrameType::welcome: return handle_welcome(frame.payload);
+    case FrameType::catalogue: return handle_catalogue(frame.payload);
+    case FrameType::opened: return handle_opened(frame.payload);
+    case FrameType::head_data:
+    case FrameType::index_data: return handle_blob(frame.type, frame.payload);
+    case FrameType::segment:
+    case FrameType::segment_part: return handle_segment(frame.type, frame.payload);
+    case FrameType::wants_done: return handle_wants_done(frame.payload);
+    case FrameType::error: return handle_error(frame.payload);
+    case FrameType::building: {
+      const Result<Building> building = decode_building(frame.payload);
+      if (!building) return bad(building.error());
+      if (!opening_) return unexpected(frame.type, "although no open is pending");
+      return event::BuildingModel{building->permille / 1000.0};
+    }
+    case FrameType::degraded: {
+      Result<Degraded> degraded = decode_degraded(frame.payload);
+      if (!degraded) return bad(degraded.error());
+      return event::ServerDegraded{degraded->reason, std::move(degraded->text)};
+    }
+    case FrameType::ping:
+    case FrameType::pong: {
+      const Result<Ping> ping = decode_ping(frame.payload);
+      if (!ping) return bad(ping.error());
+      // A server that pings without reading the answers would otherwise fill our memory.
+      if (output_.size() - output_sent_ > kMaxRunsBytes) return unexpected(frame.type, "without reading our answers");
+      if (frame.type == FrameType::ping) encode(FrameType::pong, *ping, output_);
+      return std::nullopt;
+    }
+    default: return unexpected(frame.type, "which only clients send");
+  }
+}
+
+std::optional<ClientEvent> ClientSession::handle_welcome(Bytes payload) {
+  if (welcomed_) return unexpected(FrameType::welcome, "twice");
+  const Result<Welcome> welcome = decode_welcome(payload);
+  if (!welcome) return fail_with(welcome.error().kind, welcome.error().message + "; is this a Fanstream server?");
+  if (welcome->version < options_.version_min || welcome->version > options_.version_max) {
+    return fail_with(ErrorKind::unsupported, "the server chose protocol version " + std::to_string(welcome->version) +
+                                                 ", which we did not offer");
+  }
+  welcomed_ = true;
+  reader_.restrict_to(std::nullopt);
+  grant(options_.window_bytes);
+  return event::Welcomed{welcome->version};
+}
+
+std::optional<ClientEvent> ClientSession::handle_catalogue(Bytes payload) {
+  Result<CataloguePart> part = decode_catalogue(payload);
+  if (!part) return fail_with(part.error().kind, part.error().message);
+  if (lists_pending_ == 0) return unexpected(FrameType::catalogue, "without being asked");
+  if (catalogue_.size() + part->entries.size() > kMaxCatalogueEntries) {
+    return fail_with(ErrorKind::limit, "the server's catalogue has more than 65536 entries");
+  }
+  for (CatalogueEntry& entry : part->entries) catalogue_.push_back(std::move(entry));
+  if (!part->last) return std::nullopt;
+  lists_pending_ = 0;  // one answer serves all requests before it
+  return event::Catalogue{std::exchange(catalogue_, {})};
+}
+
+std::optional<ClientEvent> ClientSession::handle_opened(Bytes payload) {
+  const Result<Opened> opened = decode_opened(payload);
+  if (!opened) return fail_with(opened.error().kind, opened.error().message);
+  if (!opening_) return unexpected(FrameType::opened, "although no open is pending");
+  if (opened->resumed && (!have_ || have_->digest != opened->digest)) {
+    return unexpected(FrameType::opened, "as resumed, of an asset that we do not hold");
+  }
+  if (std::max(opened->head_size_bytes, opened->index_size_bytes) > options_.max_head_bytes) {
+    return fail_with(ErrorKind::limit, "model '" + *opening_ + "' has a head of " +
+                                           std::to_string(opened->head_size_bytes) + " and an index of " +
+                                           std::to_string(opened->index_size_bytes) + " bytes, the limit is " +
+                                           std::to_string(options_.max_head_bytes));
+  }
+  held_.assign(opened->cell_count, 0);
+  released_.assign(opened->cell_count, false);
+  if (opened->resumed) {
+    for (const CellRun& run : have_->cells) {
+      if (std::uint64_t{run.first_cell} + run.cell_count > held_.size()) {
+        return unexpected(FrameType::opened, "as resumed, with fewer cells than we hold");
+      }
+      std::fill_n(held_.begin() + run.first_cell, run.cell_count, run.prefix);
+    }
+    head_told_ = have_->head;
+    index_told_ = have_->index;
+  }
+  model_ = *opened;
+  opening_.reset();
+  have_.reset();
+  return event::ModelOpened{*model_};
+}
+
+// Head and index may be empty: then no frame announces them.
+std::optional<ClientEvent> ClientSession::completed_blob() {
+  if (!model_) return std::nullopt;
+  if (!head_told_ && head_.size() == model_->head_size_bytes) {
+    head_told_ = true;
+    return event::HeadComplete{};
+  }
+  if (head_told_ && !index_told_ && index_.size() == model_->index_size_bytes) {
+    index_told_ = true;
+    return event::IndexComplete{};
+  }
+  return std::nullopt;
+}
+
+// Counts only when it has left: before that the server cannot know of it.
+void ClientSession::grant(std::uint64_t bytes) {
+  encode(Credit{bytes}, output_);
+  granted_unsent_bytes_ += bytes;
+}
+
+// False if the server sends more than it was granted.
+bool ClientSession::spend_credit(std::size_t size_bytes) {
+  if (size_bytes > credit_bytes_) return false;
+  credit_bytes_ -= size_bytes;
+  consumed_bytes_ += size_bytes;
+  if (consumed_bytes_ >= options_.window_bytes / 4) grant(std::exchange(consumed_bytes_, 0));
+  return true;
+}
+
+std::optional<ClientEvent> ClientSession::handle_blob(FrameType type, Bytes payload) {
+  const Result<BlobPart> part = decode_blob_part(type, payload);
+  if (!part) return fail_with(part.error().kind, part.error().message);
+  const bool head = type == FrameType::head_data;
+  if (!model_ || (head ? head_told_ : index_told_ || !head_told_)) return unexpected(type, "out of turn");
+  std::vector<std::byte>& blob = head ? head_ : index_;
+  const std::uint64_t size = head ? model_->head_size_bytes : model_->index_size_bytes;
+  if (part->offset_bytes != blob.size() || part->bytes.empty() || part->bytes.size() > size - blob.size()) {
+    return unexpected(type, "at offset " + std::to_string(part->offset_bytes) + " of " + std::to_string(size) + ", " +
+                                std::to_string(blob.size()) + " was expected");
+  }
+  if (!spend_credit(part->bytes.size())) return unexpected(type, "beyond the credit granted");
+  blob.insert(blob.end(), part->bytes.begin(), part->bytes.end());
+  return completed_blob();
+}
+
+std::optional<ClientEvent> ClientSession::handle_segment(FrameType type, Bytes payload) {
+  const Result<SegmentPart> part = decode_segment(type, payload);
+  if (!part) return fail_with(part.error().kind, part.error().message);
+  if (!model_ || set_epoch_ == 0 || part->cell >= held_.size()) return unexpected(type, "that nobody wanted");
+  if (!spend_credit(part->bytes.size())) return unexpected(type, "beyond the credit granted");
+  if (type == FrameType::segment) {
+    if (part_) return unexpected(type, "before the segment under way was complete");
+    return accept_segment(*part, part->bytes);
+  }
+  const bool continues = part_ && part_->cell == part->cell && part_->segment == part->segment &&
+                         part_->total_bytes == part->total_bytes && part->offset_bytes == parts_.size();
+  if (part_ ? !continues : part->offset_bytes != 0) return unexpected(type, "out of order");
+  if (!part_) parts_.clear();
+  part_ = *part;
+  parts_.insert(parts_.end(), part->bytes.begin(), part->bytes.end());
+  if (parts_.size() < part->total_bytes) return std::nullopt;
+  part_.reset();
+  return accept_segment(*part, parts_);
+}
+
+std::optional<ClientEvent> ClientSession::accept_segment(const SegmentPart& part, Bytes whole) {
+  std::uint32_t& held = held_[part.cell];
+  if (part.segment != held) {
+    if (released_[part.cell]) return std::nullopt;  // sent before the server read our release
+    return unexpected(FrameType::segment, std::to_string(part.segment) + " of cell " + std::to_string(part.cell) +
+                                              " although " + std::to_string(held) + " comes next");
+  }
+  ++held;
+  ++received_segments_;
+  return event::SegmentArrived{part.cell, part.segment, whole};
+}
+
+std::optional<ClientEvent> ClientSession::handle_wants_done(Bytes payload) {
+  const Result<WantsDone> done = decode_wants_done(payload);
+  if (!done) return fail_with(done.error().kind, done.error().message);
+  if (done->epoch <= served_epoch_ || done->epoch > sent_epoch_) {
+    return unexpected(FrameType::wants_done, "for epoch " + std::to_string(done->epoch) + ", which is not open");
+  }
+  served_epoch_ = done->epoch;
+  return event::WantsServed{done->epoch};
+}
+
+std::optional<ClientEvent> ClientSession::handle_error(Bytes payload) {
+  Result<ErrorMessage> error = decode_error(payload);
+  if (!error) return fail_with(error.error().kind, error.error().message);
+  if (error->fatal || !welcomed_) {
+    return fail_with(error_kind(error->code), "the server says: " + name(error->code) + ": " + error->text);
+  }
+  if (opening_) {
+    opening_.reset();
+    have_.reset();
+    wants_frame_.clear();
+    set_epoch_ = served_epoch_ = sent_epoch_;  // wants sent along with this open will not be served
+  } else if (error->code == ErrorCode::want_out_of_range && error->detail != 0 && error->detail <= sent_epoch_) {
+    served_epoch_ = std::max(served_epoch_, error->detail);
+  }
+  return event::Refused{error->code, error->detail, std::move(error->text)};
+}
+
+Bytes ClientSession::pending_output() {
+  if (output_sent_ == output_.size() && !wants_frame_.empty()) {
+    output_.swap(wants_frame_);
+    wants_frame_.clear();
+    output_sent_ = 0;
+    sent_epoch_ = set_epoch_;
+  }
+  return Bytes(output_).subspan(output_sent_);
+}
+
+void ClientSession::written(std::size_t size_bytes) {
+  assert(size_bytes <= output_.size() - output_sent_);
+  output_sent_ += size_bytes;
+  if (output_sent_ < output_.size()) return;
+  credit_bytes_ += std::exchange(granted_unsent_bytes_, 0);
+  output_.clear();
+  output_sent_ = 0;
+}
+
+void ClientSession::tick(TimeMs now_ms) {
+  const TimeMs gap_ms = now_ms - last_tick_ms_;
+  last_tick_ms_ = now_ms;
+  if (gap_ms > kAwayMs) {
+    last_progress_ms_ += gap_ms;
+    last_received_ms_ += gap_ms;
+  }
+  if (std::exchange(progressed_, false)) last_progress_ms_ = now_ms;
+  if (failure_ || closed_) return;
+  if (!awaits_something()) last_progress_ms_ = now_ms;
+  const TimeMs stalled_ms = now_ms - last_progress_ms_;
+  const TimeMs silent_ms = now_ms - last_received_ms_;
+  const bool dead = silent_ms > options_.ping_interval_ms + options_.stall_timeout_ms;
+  if (stalled_ms > options_.stall_timeout_ms || dead) {
+    failure_ = Error{ErrorKind::network, "stalled: nothing came for " + std::to_string(std::max(stalled_ms, silent_ms) / 1000) +
+                                             " s" + (dead ? "" : " while waiting for " + std::string(awaiting())) + ", " +
+                                             std::to_string(received_bytes_) + " bytes were received"};
+    return;
+  }
+  if (welcomed_ && silent_ms > options_.ping_interval_ms && now_ms - last_ping_ms_ > options_.ping_interval_ms) {
+    last_ping_ms_ = now_ms;
+    encode(FrameType::ping, Ping{static_cast<std::uint64_t>(now_ms)}, output_);
+  }
+}
+
+}  // namespace fanstream

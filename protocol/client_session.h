@@ -1,0 +1,172 @@
+// The client's end of one connection as a state machine: bytes in, events out, bytes to send. No sockets, clocks or threads.
+// Distrusts the server: every limit, order, size and checksum is checked. Not thread safe.
+//
+//   driver loop: pending_output() -> write -> written(); receive(); next_event() until empty; tick() at least every second
+//   while waiting. A longer gap between ticks counts as the driver having been away, not as the server being slow.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "protocol/messages.h"
+
+namespace fanstream {
+
+struct ClientSessionOptions {
+  std::uint16_t version_min = kProtocolVersionMin;
+  std::uint16_t version_max = kProtocolVersionMax;
+  // Blob bytes the server may have under way to us. Precondition: at least 2 * kMaxChunkBytes. Memory and lateness against
+  // throughput: bandwidth times round trip is needed (4 MiB: 100 ms at 330 Mbit/s).
+  std::uint32_t window_bytes = 4U << 20;
+  std::uint64_t max_head_bytes = 256ULL << 20;  // head and index, each: larger ones are refused before they arrive
+  TimeMs stall_timeout_ms = 30'000;    // something is awaited and nothing of it comes
+  TimeMs ping_interval_ms = 10'000;    // silence after which the server is asked for a sign of life
+};
+
+namespace event {
+struct Welcomed {
+  std::uint16_t version = 0;
+};
+struct Catalogue {
+  std::vector<CatalogueEntry> entries;
+};
+struct BuildingModel {
+  double fraction = 0;
+};
+struct ModelOpened {
+  Opened model;  // not resumed although asked: what is held is of another asset, drop it
+};
+// Complete; the bytes are at ClientSession::head() and index().
+struct HeadComplete {};
+struct IndexComplete {};
+struct SegmentArrived {
+  std::uint32_t cell = 0;
+  std::uint32_t segment = 0;
+  Bytes bytes;  // valid until the next non-const call
+};
+struct WantsServed {
+  std::uint32_t epoch = 0;
+};
+// A request was refused, the session goes on.
+struct Refused {
+  ErrorCode code = ErrorCode::internal;
+  std::uint32_t detail = 0;
+  std::string text;
+};
+struct ServerDegraded {
+  DegradedReason reason = DegradedReason::none;
+  std::string text;
+};
+// The session is over. What was received stays usable.
+struct Failed {
+  Error error;
+};
+}  // namespace event
+
+using ClientEvent =
+    std::variant<event::Welcomed, event::Catalogue, event::BuildingModel, event::ModelOpened, event::HeadComplete,
+                 event::IndexComplete, event::SegmentArrived, event::WantsServed, event::Refused, event::ServerDegraded,
+                 event::Failed>;
+
+class ClientSession {
+ public:
+  ClientSession(const ClientSessionOptions& options, TimeMs now_ms);
+
+  // Requests. Errors (usage, limit) mean that nothing was sent. Precondition of all: Welcomed has been seen.
+  void list();
+  // One model per session. After Refused another may be opened.
+  Result<void> open(std::string model, std::optional<Have> have = {});
+  // Segments 0 .. prefix-1 of each cell, in list order; those already sent are left out. Replaces the list before it, also one
+  // that has not left this machine yet. Returns its epoch. Precondition: open() succeeded.
+  Result<std::uint32_t> set_wants(std::vector<CellRun> runs);
+  // The segments from `prefix` on of these cells were dropped and may be wanted again. Set wants after it, not before.
+  Result<void> release(const std::vector<CellRun>& runs);
+
+  std::span<std::byte> prepare(std::size_t size_bytes) { return reader_.prepare(size_bytes); }
+  void commit(std::size_t size_bytes, TimeMs now_ms);
+  void receive(Bytes bytes, TimeMs now_ms);
+  // Decodes lazily: a caller that does not ask grants no further credit, which slows the server down. After Failed: nothing.
+  std::optional<ClientEvent> next_event();
+  // The transport ended. Becomes Failed after what was received before has been handed out.
+  void transport_closed(std::string_view why);
+
+  Bytes pending_output();  // valid until the next non-const call
+  void written(std::size_t size_bytes);
+  void tick(TimeMs now_ms);
+
+  bool welcomed() const { return welcomed_; }
+  bool failed() const { return failure_.has_value(); }
+  const std::optional<Opened>& model() const { return model_; }
+  // Received, or held as stated at open.
+  bool head_complete() const { return head_told_; }
+  bool index_complete() const { return index_told_; }
+  Bytes head() const { return head_; }
+  Bytes index() const { return index_; }
+  // How many segments of a cell have arrived or were held at open; kAllSegments if held completely. Precondition: opened.
+  std::uint32_t held_prefix(std::uint32_t cell) const { return held_[cell]; }
+  // A list is not served completely yet.
+  bool wants_outstanding() const { return set_epoch_ != 0 && served_epoch_ != set_epoch_; }
+  std::uint64_t received_bytes() const { return received_bytes_; }
+  std::uint64_t received_segments() const { return received_segments_; }
+  // "while waiting for ...": what the session is at, for messages.
+  std::string_view awaiting() const;
+
+ private:
+  std::optional<ClientEvent> handle(const FrameView& frame);
+  std::optional<ClientEvent> handle_welcome(Bytes payload);
+  std::optional<ClientEvent> handle_catalogue(Bytes payload);
+  std::optional<ClientEvent> handle_opened(Bytes payload);
+  std::optional<ClientEvent> handle_blob(FrameType type, Bytes payload);
+  std::optional<ClientEvent> handle_segment(FrameType type, Bytes payload);
+  std::optional<ClientEvent> accept_segment(const SegmentPart& part, Bytes whole);
+  std::optional<ClientEvent> handle_wants_done(Bytes payload);
+  std::optional<ClientEvent> handle_error(Bytes payload);
+  std::optional<ClientEvent> completed_blob();
+  ClientEvent fail_with(ErrorKind kind, std::string message);
+  ClientEvent unexpected(FrameType type, std::string_view why);
+  void grant(std::uint64_t bytes);
+  bool spend_credit(std::size_t size_bytes);
+  bool awaits_something() const;
+
+  ClientSessionOptions options_;
+  FrameReader reader_{Receiver::client};
+  std::vector<std::byte> output_;
+  std::size_t output_sent_ = 0;
+  std::vector<std::byte> wants_frame_;  // the newest list, not yet in output_
+  std::optional<Error> failure_;
+  bool failure_told_ = false;
+  std::optional<std::string> closed_;  // the transport ended, and why
+
+  bool welcomed_ = false;
+  std::uint32_t lists_pending_ = 0;
+  std::vector<CatalogueEntry> catalogue_;
+  std::optional<std::string> opening_;
+  std::optional<Have> have_;
+  std::optional<Opened> model_;
+  std::vector<std::byte> head_, index_;
+  bool head_told_ = false, index_told_ = false;
+  std::vector<std::uint32_t> held_;
+  std::vector<bool> released_;  // cells of which segments from before a release may still arrive
+  std::vector<std::byte> parts_;
+  std::optional<SegmentPart> part_;  // of which parts_ holds the beginning
+  std::uint32_t set_epoch_ = 0, served_epoch_ = 0, sent_epoch_ = 0;
+
+  std::uint64_t credit_bytes_ = 0;    // granted and not used up by what arrived
+  std::uint64_t granted_unsent_bytes_ = 0;
+  std::uint64_t consumed_bytes_ = 0;  // used up and not yet granted again
+  std::uint64_t received_bytes_ = 0;
+  std::uint64_t received_segments_ = 0;
+
+  TimeMs last_tick_ms_;
+  TimeMs last_progress_ms_;
+  TimeMs last_received_ms_;
+  TimeMs last_ping_ms_ = 0;
+  bool progressed_ = false;
+};
+
+}  // namespace fanstream

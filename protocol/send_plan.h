@@ -1,0 +1,86 @@
+// What a server session has yet to send of one model: head, index, then the segments of the current list of wants. It chooses late
+// and takes back what it chose but what never reached the transport when a new list arrives. No I/O.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/asset/segment_source.h"
+#include "protocol/messages.h"
+
+namespace fanstream {
+
+// One data frame to be sent: the header is ours, the blob lies in the source.
+struct DataFrame {
+  FrameType type = FrameType::segment;
+  std::uint32_t cell = 0;
+  std::uint32_t segment = 0;
+  std::uint32_t offset_bytes = 0;
+  std::uint32_t total_bytes = 0;
+  Bytes blob;
+};
+
+// A whole segment, or the last part of one.
+inline bool is_last_part(const DataFrame& frame) {
+  return frame.type == FrameType::segment ||
+         (frame.type == FrameType::segment_part && frame.offset_bytes + frame.blob.size() == frame.total_bytes);
+}
+
+class SendPlan {
+ public:
+  // What stops the plan from giving a frame right now.
+  enum class Next {
+    frame,         // one was given
+    no_credit,     // there is one, but it is larger than the credit
+    wants_done,    // the list has just been served completely: say so (given once per list)
+    idle,          // nothing to do
+    out_of_work,   // the budget of looked-at entries is used up; ask again
+    out_of_range,  // the list names a cell that the model has not; the list is dropped
+    too_large,     // the asset holds a segment beyond kMaxSegmentBytes
+  };
+
+  // `have` must be of this source. False if it names cells or prefixes that the source has not.
+  bool start(std::shared_ptr<const SegmentSource> source, const Have* have);
+  const SegmentSource* source() const { return source_.get(); }
+
+  // Replaces the list. The caller first takes back what it holds unsent (take_back).
+  void set_wants(std::uint32_t epoch, std::vector<CellRun> runs);
+  std::uint32_t epoch() const { return epoch_; }
+  bool release(const std::vector<CellRun>& runs);  // false if out of range
+
+  // The next frame if it fits into `credit_bytes`.
+  Next next(std::uint64_t credit_bytes, std::size_t& entry_budget, DataFrame& frame);
+  // Un-chooses a frame given by next() of which nothing was sent. Frames must come back newest first. False for head
+  // and index, which are sent all the same; a segment whose first part has gone out will be finished.
+  bool take_back(const DataFrame& frame);
+  void drop_wants() { runs_.clear(), run_ = 0, done_pending_ = false; }
+
+  // Something might be sent, given credit: not known for certain before next() has looked through the list.
+  bool has_work() const {
+    return source_ && (head_sent_ < head_size_ || index_sent_ < index_size_ || part_ || run_ < runs_.size() || done_pending_);
+  }
+
+ private:
+  struct OpenSegment {
+    std::uint32_t cell, segment, offset_bytes;
+  };
+  bool in_range(const CellRun& run) const;
+  void give_segment(std::uint32_t cell, std::uint32_t segment, std::uint32_t offset_bytes, Bytes whole, DataFrame& frame);
+  Next next_wanted(std::uint64_t credit_bytes, std::size_t& entry_budget, DataFrame& frame);
+
+  std::shared_ptr<const SegmentSource> source_;
+  std::uint64_t head_size_ = 0, head_sent_ = 0;
+  std::uint64_t index_size_ = 0, index_sent_ = 0;
+  std::vector<std::uint16_t> sent_;  // per cell: how many segments were chosen, or are held by the client
+  std::optional<OpenSegment> part_;  // a segment of several parts that has begun
+  std::vector<CellRun> runs_;
+  std::size_t run_ = 0;         // where in the list we are
+  std::uint32_t run_cell_ = 0;  // cells of that run which are served
+  std::uint32_t epoch_ = 0;
+  bool done_pending_ = false;
+};
+
+}  // namespace fanstream
