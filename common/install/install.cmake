@@ -1,0 +1,34 @@
+# `cmake --install` gives the programs, and the client library with a CMake package: another project finds it with
+# find_package(fanstream) and links fanstream::client (or ::protocol, ::common). Included last, when all targets exist.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/fanstream)
+set(header_dir ${CMAKE_INSTALL_INCLUDEDIR}/fanstream)
+
+# Headers include each other relative to the repository's root, so that root is what include/fanstream stands for.
+target_include_directories(fanstream_options INTERFACE $<INSTALL_INTERFACE:${header_dir}>)
+target_compile_features(fanstream_options INTERFACE cxx_std_20)
+
+set(library_targets fanstream_options fanstream_common fanstream_protocol fanstream_client)
+foreach(target IN LISTS library_targets)
+  string(REPLACE "fanstream_" "" name ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+endforeach()
+install(TARGETS ${library_targets} EXPORT fanstream ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(DIRECTORY common protocol client DESTINATION ${header_dir} FILES_MATCHING
+  PATTERN "*.h" PATTERN common/install EXCLUDE)
+install(EXPORT fanstream NAMESPACE fanstream:: FILE fanstreamTargets.cmake DESTINATION ${package_dir})
+
+foreach(program fanstream-server fanstream-client fanstream-load)
+  if(TARGET ${program})
+    install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  endif()
+endforeach()
+
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/fanstreamConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/fanstreamConfig.cmake INSTALL_DESTINATION ${package_dir})
+# Before 1.0 a minor version may change the interface.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/fanstreamConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/fanstreamConfig.cmake ${PROJECT_BINARY_DIR}/fanstreamConfigVersion.cmake
+  DESTINATION ${package_dir})
