@@ -1,5 +1,6 @@
 # `cmake --install` gives the programs, and the client library with a CMake package: another project finds it with
 # find_package(fanstream) and links fanstream::client (or ::protocol, ::common). Included last, when all targets exist.
+# `cmake --install --component programs` leaves the library out.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -15,6 +16,7 @@ foreach(target IN LISTS library_targets)
   string(REPLACE "fanstream_" "" name ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
 endforeach()
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
 install(TARGETS ${library_targets} EXPORT fanstream ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY common protocol client DESTINATION ${header_dir} FILES_MATCHING
   PATTERN "*.h" PATTERN common/install EXCLUDE)
@@ -22,7 +24,7 @@ install(EXPORT fanstream NAMESPACE fanstream:: FILE fanstreamTargets.cmake DESTI
 
 foreach(program fanstream-server fanstream-client fanstream-load)
   if(TARGET ${program})
-    install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
   endif()
 endforeach()
 
