@@ -22,6 +22,18 @@ install(DIRECTORY common protocol client DESTINATION ${header_dir} FILES_MATCHIN
   PATTERN "*.h" PATTERN common/install EXCLUDE)
 install(EXPORT fanstream NAMESPACE fanstream:: FILE fanstreamTargets.cmake DESTINATION ${package_dir})
 
+# Whoever links the libraries needs what they are linked with: each is found by the namespace of its targets.
+set(dependencies)
+foreach(target IN LISTS library_targets)
+  get_target_property(linked ${target} INTERFACE_LINK_LIBRARIES)
+  string(REGEX MATCHALL "[A-Za-z0-9_]+::" namespaces "${linked}")
+  list(APPEND dependencies ${namespaces})
+endforeach()
+list(REMOVE_DUPLICATES dependencies)
+list(SORT dependencies)
+list(TRANSFORM dependencies REPLACE "(.+)::" "find_dependency(\\1)")
+list(JOIN dependencies "\n" dependency_calls)
+
 foreach(program fanstream-server fanstream-client fanstream-load)
   if(TARGET ${program})
     install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
