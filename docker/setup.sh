@@ -100,3 +100,6 @@ demo_model() {
   echo "libcgal-demo could not be had; trying assimp-testmodels" >&2
   debian_model assimp-testmodels usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb "$directory"
 }
+
+# The name of the only model in what `fanstream-client list --json` prints, which comes on standard input.
+only_model() { jq -er 'first(.. | objects | .name // empty)'; }
