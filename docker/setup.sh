@@ -25,8 +25,6 @@ missing_packages() {
 as_root() {
   if ((EUID == 0)); then
     "$@"
-  elif ! command -v sudo >/dev/null; then
-    die "packages are missing and only root can install them. As root, run: apt-get install ${missing[*]}"
   elif [[ -t 0 ]]; then
     sudo "$@"
   else
@@ -49,6 +47,8 @@ install_missing() {
   fi
   mapfile -t missing < <(missing_packages "${wanted[@]}")
   ((${#missing[@]} > 0)) || return 0
+  ((EUID == 0)) || command -v sudo >/dev/null ||
+    die "packages are missing, and there is no sudo. As root, run: apt-get install --no-install-recommends ${missing[*]}"
   say "Installing ${missing[*]}"
   apt_update
   as_root env DEBIAN_FRONTEND=noninteractive \
