@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 
 namespace fanstream {
 
@@ -24,27 +25,31 @@ void RingGeometry::assign(std::span<const VertexId> ring, VertexId root, std::sp
       spokes_[i] = glm::vec3(places[v] - centre) * unit;
     }
   }
-  length_sums_.resize(2 * size + 1);
-  length_sums_[0] = 0.0F;
+  reach_sums_.resize(2 * size + 1);
+  reach_sums_[0] = 0.0F;
   glm::vec3 normal(0.0F);
+  float lengths = 0.0F;
   for (std::uint32_t i = 0; i < size; ++i) {
-    length_sums_[i + 1] = length_sums_[i] + std::sqrt(glm::dot(spokes_[i], spokes_[i]));
+    const float squared = glm::dot(spokes_[i], spokes_[i]);
+    lengths += std::sqrt(squared);
+    reach_sums_[i + 1] = reach_sums_[i] + squared;
     normal += glm::cross(spokes_[i], spokes_[wrap(i + 1)]);  // zero beside the gap
   }
-  for (std::uint32_t i = 0; i < size; ++i) length_sums_[size + i + 1] = length_sums_[size] + length_sums_[i + 1];
+  for (std::uint32_t i = 0; i < size; ++i) reach_sums_[size + i + 1] = reach_sums_[size] + reach_sums_[i + 1];
   const float length = std::sqrt(glm::dot(normal, normal));
   normal_ = length > 0.0F ? normal / length : glm::vec3(0.0F, 0.0F, 1.0F);
   float bend = 0.0F;
   for (const glm::vec3& spoke : spokes_) bend += std::fabs(glm::dot(spoke, normal_));
   const float count = static_cast<float>(is_open() ? size - 1 : size);
-  mean_length_ = length_sums_[size] / count;
+  mean_length_ = lengths / count;
   bend_ = bend / count;
 }
 
+// Long spokes inside the arc speak for it, long wings against it: wings are neighbours of both centres.
 float RingGeometry::reach(std::uint32_t length, std::uint32_t first) const {
-  const float with_wings = length_sums_[first + length + 1] - length_sums_[first];
-  const float without = length_sums_[first + length] - length_sums_[first + 1];
-  return with_wings + without;
+  const float inside = reach_sums_[first + length] - reach_sums_[first + 1];
+  const float with_wings = reach_sums_[first + length + 1] - reach_sums_[first];
+  return 1.4F * inside - 0.4F * with_wings;
 }
 
 std::uint32_t RingGeometry::rank_of_first(std::uint32_t length, std::uint32_t first) const {
@@ -66,7 +71,7 @@ std::uint32_t RingGeometry::first_of_rank(std::uint32_t length, std::uint32_t ra
       if (reaches_[i] > reaches_[best]) best = i;
     }
     if (round == rank) return best;
-    reaches_[best] = -1.0F;
+    reaches_[best] = -std::numeric_limits<float>::infinity();
   }
 }
 

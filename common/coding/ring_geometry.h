@@ -37,7 +37,7 @@ class RingGeometry {
 
   std::vector<VertexId> ids_;
   std::vector<glm::vec3> spokes_;
-  std::vector<float> length_sums_;  // length_sums_[i]: of the first i spokes, twice around
+  std::vector<float> reach_sums_;  // reach_sums_[i]: squared lengths of the first i spokes, twice around
   glm::vec3 normal_{0.0F};
   std::uint32_t gap_ = 0;
   float mean_length_ = 0.0F;
