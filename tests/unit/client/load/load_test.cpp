@@ -13,13 +13,13 @@
 namespace fanstream {
 namespace {
 
-struct Run {
+struct ProgramRun {
   int exit_code = -1;
   std::string output;
 };
 
-Run run_program(const std::string& arguments) {
-  Run run;
+ProgramRun run_program(const std::string& arguments) {
+  ProgramRun run;
   FILE* const pipe = ::popen((std::string(FANSTREAM_BIN_DIR) + "/fanstream-load " + arguments + " 2>&1").c_str(), "r");
   if (pipe == nullptr) return run;
   std::array<char, 4096> part;
@@ -49,7 +49,7 @@ class LoadTest : public testing::Test {
 };
 
 TEST_F(LoadTest, JsonCountsEveryClientAndSegment) {
-  const Run run = run_program(place + "/model --clients 20 --json");
+  const ProgramRun run = run_program(place + "/model --clients 20 --json");
   ASSERT_EQ(run.exit_code, 0) << run.output;
   const nlohmann::json report = nlohmann::json::parse(run.output, nullptr, false);
   ASSERT_FALSE(report.is_discarded()) << run.output;
@@ -70,11 +70,11 @@ TEST_F(LoadTest, ExitCodesSayWhatWentWrong) {
   EXPECT_EQ(run_program("").exit_code, 2);
   EXPECT_EQ(run_program(place).exit_code, 2);  // no model
   EXPECT_EQ(run_program(place + "/model --clients 0").exit_code, 2);
-  const Run missing = run_program(place + "/missing --clients 3");
+  const ProgramRun missing = run_program(place + "/missing --clients 3");
   EXPECT_EQ(missing.exit_code, 3);
   EXPECT_NE(missing.output.find("missing"), std::string::npos);
   server->stop();
-  const Run refused = run_program(place + "/model --clients 3");
+  const ProgramRun refused = run_program(place + "/model --clients 3");
   EXPECT_EQ(refused.exit_code, 8);
   EXPECT_NE(refused.output.find(place), std::string::npos);
 }
