@@ -150,11 +150,13 @@ void StreamServer::Impl::stop() {
     for (const auto& [unused, weak] : connections) {
       if (const std::shared_ptr<Connection> connection = weak.lock()) connection->shut_down();
     }
-    all_gone.wait_for(lock, std::chrono::milliseconds(shared.options.drain_timeout_ms), [&] { return connections.empty(); });
+    all_gone.wait_for(lock, std::chrono::milliseconds(shared.options.drain_timeout_ms),
+                      [&] { return connections.empty(); });
   }
   io.stop();
   for (std::thread& thread : threads) thread.join();
   threads.clear();
+  shared.counters.sessions_open = 0;  // those that did not read the goodbye in time end with io
 }
 
 StreamServer::StreamServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -173,8 +175,8 @@ void StreamServer::stop() { impl_->stop(); }
 
 ServerMetrics StreamServer::metrics() const {
   const ServerCounters& counters = impl_->shared.counters;
-  return {counters.sessions_open, counters.sessions_total, counters.sessions_refused,
-          counters.sessions_failed, counters.sent_bytes, counters.sent_segments};
+  return {counters.sessions_open,   counters.sessions_total, counters.sessions_refused,
+          counters.sessions_failed, counters.sent_bytes,     counters.sent_segments};
 }
 
 }  // namespace fanstream
