@@ -40,6 +40,7 @@ void ServeLog::store_event(const StoreEvent& event) {
   const std::lock_guard lock(mutex_);
   switch (event.kind) {
     case StoreEvent::Kind::building:
+      next_progress_ = Clock::now() + kProgressInterval;  // nothing is said of what takes less
       return line(event.model + ": building", {{"event", "building"}, {"model", event.model}});
     case StoreEvent::Kind::progress: {
       building_ = fmt::format("building {:.30} {:.0f} %", event.model, event.fraction * 100.0);
