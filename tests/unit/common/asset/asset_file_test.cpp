@@ -1,0 +1,174 @@
+#include "common/asset/asset_file.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "common/mesh/manifold_check.h"
+#include "common/refine/full_mesh.h"
+#include "tests/support/small_assets.h"
+#include "tests/support/temporary_folder.h"
+
+namespace fanstream {
+namespace {
+
+using testing::as_text;
+using testing::small_asset;
+using testing::TemporaryFolder;
+
+std::vector<std::byte> joined(const AssetFile& asset) {
+  std::vector<std::byte> all(asset.head().begin(), asset.head().end());
+  all.insert(all.end(), asset.index().begin(), asset.index().end());
+  // Segments lie by layer, then by cell.
+  std::vector<std::pair<std::uint64_t, std::span<const std::byte>>> segments;
+  for (std::uint32_t c = 0; c < asset.cell_count(); ++c) {
+    for (std::uint32_t s = 0; s < asset.segment_count(c); ++s) {
+      segments.emplace_back(asset.asset_index()->segments[asset.asset_index()->cells[c].first_segment + s].offset,
+                            asset.segment(c, s));
+    }
+  }
+  std::stable_sort(segments.begin(), segments.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const auto& [offset, bytes] : segments) all.insert(all.end(), bytes.begin(), bytes.end());
+  return all;
+}
+
+Error error_of(const std::vector<std::byte>& bytes) {
+  const auto opened = AssetFile::from_memory(bytes, "x.fan");
+  EXPECT_FALSE(opened.has_value());
+  return opened ? Error{} : opened.error();
+}
+
+TEST(AssetFile, HeadIndexAndSegmentsAreTheWholeFile) {
+  const TemporaryFolder folder;
+  const std::vector<std::byte> bytes = small_asset();
+  const auto mapped = AssetFile::open(folder.write("torus.fan", as_text(bytes)));
+  ASSERT_TRUE(mapped.has_value()) << mapped.error().message;
+  const auto in_memory = AssetFile::from_memory(bytes, "torus");
+  ASSERT_TRUE(in_memory.has_value()) << in_memory.error().message;
+  EXPECT_EQ(joined(**mapped), bytes);
+  EXPECT_EQ(joined(**in_memory), bytes);
+  EXPECT_EQ((*mapped)->digest(), (*in_memory)->digest());
+  EXPECT_EQ((*mapped)->size_bytes(), bytes.size());
+  EXPECT_EQ((*mapped)->vertex_count(), 240U);
+  EXPECT_EQ((*mapped)->triangle_count(), 480U);
+  EXPECT_GT((*mapped)->cell_count(), 3U);
+}
+
+TEST(AssetFile, FullMeshIsTheModel) {
+  const TriangleMesh torus = testing::make_torus(20, 12);
+  const auto asset = AssetFile::from_memory(small_asset(torus), "torus");
+  ASSERT_TRUE(asset.has_value());
+  const auto full = load_full(**asset);
+  ASSERT_TRUE(full.has_value()) << full.error().message;
+  const TriangleMesh mesh = (*full)->triangle_mesh();
+  EXPECT_EQ(mesh.positions.size(), torus.positions.size());
+  EXPECT_EQ(mesh.triangles.size(), torus.triangles.size());
+  EXPECT_TRUE(is_oriented_manifold(mesh));
+}
+
+TEST(AssetFile, ReplacedOrDeletedFileStaysReadable) {
+  const TemporaryFolder folder;
+  const std::vector<std::byte> bytes = small_asset();
+  const auto path = folder.write("torus.fan", as_text(bytes));
+  const auto asset = AssetFile::open(path);
+  ASSERT_TRUE(asset.has_value());
+  std::filesystem::remove(path);
+  EXPECT_EQ(joined(**asset), bytes);
+}
+
+TEST(AssetFile, CutShortAnywhereIsAnError) {
+  const TemporaryFolder folder;
+  const std::vector<std::byte> bytes = small_asset();
+  for (std::size_t size = 0; size < bytes.size(); size += 10) {
+    SCOPED_TRACE(size);
+    const std::vector<std::byte> cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+    const auto opened = AssetFile::open(folder.write("cut.fan", as_text(cut)));
+    ASSERT_FALSE(opened.has_value());
+    EXPECT_EQ(opened.error().kind, ErrorKind::bad_input);
+    EXPECT_NE(opened.error().message.find(size == 0 ? "is empty" : "cut short at byte " + std::to_string(size)),
+              std::string::npos)
+        << opened.error().message;
+  }
+}
+
+TEST(AssetFile, EveryFlippedByteIsFound) {
+  const std::vector<std::byte> bytes = small_asset();
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    SCOPED_TRACE(i);
+    std::vector<std::byte> damaged = bytes;
+    damaged[i] ^= std::byte{0x10};
+    const Error error = error_of(damaged);
+    EXPECT_TRUE(error.message.starts_with("x.fan: ")) << error.message;
+    EXPECT_TRUE(error.kind == ErrorKind::bad_input || (error.kind == ErrorKind::unsupported && i >= 4 && i < 8));
+  }
+}
+
+TEST(AssetFile, DamagedSegmentIsNamed) {
+  std::vector<std::byte> bytes = small_asset();
+  const auto asset = AssetFile::from_memory(bytes, "x.fan");
+  ASSERT_TRUE(asset.has_value());
+  const std::uint32_t cell = (*asset)->cell_count() - 1;
+  std::uint32_t segment = 0;
+  while ((*asset)->segment(cell, segment).empty()) ++segment;
+  const std::size_t place =
+      static_cast<std::size_t>((*asset)->segment(cell, segment).data() - (*asset)->bytes().data());
+  bytes[place] ^= std::byte{1};
+  const std::string message = error_of(bytes).message;
+  EXPECT_NE(message.find("cell " + std::to_string(cell) + " segment " + std::to_string(segment)), std::string::npos)
+      << message;
+  EXPECT_NE(message.find("bytes " + std::to_string(place)), std::string::npos) << message;
+}
+
+TEST(AssetFile, AnotherVersionIsSaidToBeOne) {
+  std::vector<std::byte> bytes = small_asset();
+  bytes[4] = std::byte{77};
+  const Error error = error_of(bytes);
+  EXPECT_EQ(error.kind, ErrorKind::unsupported);
+  EXPECT_NE(error.message.find("version 77"), std::string::npos) << error.message;
+}
+
+TEST(AssetFile, BytesBehindTheEndAreAnError) {
+  std::vector<std::byte> bytes = small_asset();
+  bytes.push_back(std::byte{0});
+  EXPECT_NE(error_of(bytes).message.find("1 bytes follow"), std::string::npos);
+}
+
+TEST(AssetFile, WhatIsNoAssetIsToldFromADamagedOne) {
+  const TemporaryFolder folder;
+  const auto text = AssetFile::open(folder.write("text.fan", "hello, world\n"));
+  ASSERT_FALSE(text.has_value());
+  EXPECT_NE(text.error().message.find("not a Fanstream asset"), std::string::npos) << text.error().message;
+  const auto missing = AssetFile::open(folder.path() / "missing.fan");
+  ASSERT_FALSE(missing.has_value());
+  EXPECT_EQ(missing.error().kind, ErrorKind::not_found);
+  const auto directory = AssetFile::open(folder.path());
+  ASSERT_FALSE(directory.has_value());
+  EXPECT_EQ(directory.error().kind, ErrorKind::io);
+  EXPECT_NE(directory.error().message.find("is a directory"), std::string::npos);
+  const auto device = AssetFile::open("/dev/null");
+  ASSERT_FALSE(device.has_value());
+  EXPECT_EQ(device.error().kind, ErrorKind::io);
+}
+
+// Sections that are rewritten with a fitting digest, as an attacker would: errors, never a crash.
+TEST(AssetFile, ForgedContentIsRefusedOrReadable) {
+  const std::vector<std::byte> bytes = small_asset();
+  std::mt19937 random(7);
+  for (int round = 0; round < 2000; ++round) {
+    SCOPED_TRACE(round);
+    std::vector<std::byte> forged = bytes;
+    for (int edit = 0; edit < 3; ++edit)
+      forged[kPreambleBytes + random() % (bytes.size() - kPreambleBytes)] = std::byte(random() % 256);
+    const Digest digest = content_digest(std::span<const std::byte>(forged).subspan(kPreambleBytes));
+    for (std::size_t i = 0; i < digest.size(); ++i) forged[32 + i] = std::byte{digest[i]};
+    const auto opened = AssetFile::from_memory(forged, "x.fan");
+    if (!opened) {
+      EXPECT_TRUE(opened.error().message.starts_with("x.fan: ")) << opened.error().message;
+    } else {
+      (void)load_full(**opened);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fanstream
