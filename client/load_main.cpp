@@ -78,26 +78,36 @@ int outcome(const LoadReport& report) {
 void tell_progress(std::uint32_t clients, std::uint32_t ended, std::uint64_t bytes) {
   const double share = static_cast<double>(ended) / std::max(1U, clients);
   const auto filled = static_cast<std::size_t>(share * 30);
-  fmt::print(stderr, "\r[{}{}] {}/{} clients, {:.1f} MB ", std::string(filled, '#'), std::string(30 - filled, '.'), ended,
-             clients, static_cast<double>(bytes) / 1e6);
+  fmt::print(stderr, "\r[{}{}] {}/{} clients, {:.1f} MB ", std::string(filled, '#'), std::string(30 - filled, '.'),
+             ended, clients, static_cast<double>(bytes) / 1e6);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Opens many clients at once against a Fanstream server; each fetches the whole model and checks every byte.");
+  CLI::App app(
+      "Opens many clients at once against a Fanstream server; each fetches the whole model and checks every byte.");
   app.footer(
       "Example:\n  fanstream-load localhost:7370/bunny --clients 200\n\n"
-      "Exit codes: 0 every client complete and equal, 2 usage, 3 unknown model, 5 wrong data, 6 version, 7 limit, 8 network, 130 stopped.");
+      "Exit codes: 0 every client complete and equal, 2 usage, 3 unknown model, 5 wrong data, 6 version, 7 limit, 8 "
+      "network, 130 stopped.");
   std::string target;
   LoadOptions options;
   double timeout_s = 60;
   bool json = false;
   app.add_option("target", target, "HOST:PORT/MODEL")->required();
-  app.add_option("-c,--clients", options.clients, "How many clients")->capture_default_str()->check(CLI::Range(1U, 1'000'000U));
-  app.add_option("-t,--threads", options.threads, "Threads of this process; 0: half the cores")->capture_default_str()->check(CLI::Range(0U, 256U));
-  app.add_option("--connecting", options.connecting, "At most so many clients connect at the same time")->capture_default_str()->check(CLI::Range(1U, 1'000'000U));
-  app.add_option("--timeout", timeout_s, "Seconds for one client to complete")->capture_default_str()->check(CLI::Range(0.1, 1e6));
+  app.add_option("-c,--clients", options.clients, "How many clients")
+      ->capture_default_str()
+      ->check(CLI::Range(1U, 1'000'000U));
+  app.add_option("-t,--threads", options.threads, "Threads of this process; 0: half the cores")
+      ->capture_default_str()
+      ->check(CLI::Range(0U, 256U));
+  app.add_option("--connecting", options.connecting, "At most so many clients connect at the same time")
+      ->capture_default_str()
+      ->check(CLI::Range(1U, 1'000'000U));
+  app.add_option("--timeout", timeout_s, "Seconds for one client to complete")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 1e6));
   app.add_flag("--json", json, "Print the report as JSON");
   try {
     app.parse(argc, argv);
@@ -107,7 +117,8 @@ int main(int argc, char** argv) {
   }
   const Result<ServerAddress> address = parse_server_address(target);
   if (!address || address->model.empty()) {
-    fmt::print(stderr, "fanstream-load: {}\n", address ? "'" + target + "': names no model; expected HOST:PORT/MODEL" : address.error().message);
+    fmt::print(stderr, "fanstream-load: {}\n",
+               address ? "'" + target + "': names no model; expected HOST:PORT/MODEL" : address.error().message);
     return exit_code(ErrorKind::usage);
   }
   options.address = *address;
@@ -118,8 +129,10 @@ int main(int argc, char** argv) {
   constexpr std::uint64_t kOwnDescriptors = 64;
   const std::uint64_t descriptors = raise_descriptor_limit();
   if (descriptors != 0 && options.clients + kOwnDescriptors > descriptors) {
-    fmt::print(stderr, "fanstream-load: {} clients need more than this system's {} descriptors a process; raise the hard limit "
-               "(ulimit -Hn) or run several processes\n", options.clients, descriptors);
+    fmt::print(stderr,
+               "fanstream-load: {} clients need more than this system's {} descriptors a process; raise the hard limit "
+               "(ulimit -Hn) or run several processes\n",
+               options.clients, descriptors);
     return exit_code(ErrorKind::limit);
   }
   const bool bar = isatty(STDERR_FILENO) != 0;

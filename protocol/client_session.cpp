@@ -368,8 +368,9 @@ void ClientSession::tick(TimeMs now_ms) {
   const TimeMs silent_ms = now_ms - last_received_ms_;
   const bool dead = silent_ms > options_.ping_interval_ms + options_.stall_timeout_ms;
   if (stalled_ms > options_.stall_timeout_ms || dead) {
-    failure_ = Error{ErrorKind::network, "stalled: nothing came for " + std::to_string(std::max(stalled_ms, silent_ms) / 1000) +
-                                             " s" + (dead ? "" : " while waiting for " + std::string(awaiting())) + ", " +
+    failure_ = Error{ErrorKind::network, "stalled: nothing came for " +
+                                             std::to_string(std::max(stalled_ms, silent_ms) / 1000) + " s" +
+                                             (dead ? "" : " while waiting for " + std::string(awaiting())) + ", " +
                                              std::to_string(received_bytes_) + " bytes were received"};
     return;
   }

@@ -1,8 +1,9 @@
-// The client's end of one connection as a state machine: bytes in, events out, bytes to send. No sockets, clocks or threads.
-// Distrusts the server: every limit, order, size and checksum is checked. Not thread safe.
+// The client's end of one connection as a state machine: bytes in, events out, bytes to send. No sockets, clocks or
+// threads. Distrusts the server: every limit, order, size and checksum is checked. Not thread safe.
 //
-//   driver loop: pending_output() -> write -> written(); receive(); next_event() until empty; tick() at least every second
-//   while waiting. A longer gap between ticks counts as the driver having been away, not as the server being slow.
+//   driver loop: pending_output() -> write -> written(); receive(); next_event() until empty; tick() at least every
+//   second while waiting. A longer gap between ticks counts as the driver having been away, not as the server being
+//   slow.
 #pragma once
 
 #include <cstddef>
@@ -20,12 +21,12 @@ namespace fanstream {
 struct ClientSessionOptions {
   std::uint16_t version_min = kProtocolVersionMin;
   std::uint16_t version_max = kProtocolVersionMax;
-  // Blob bytes the server may have under way to us. Precondition: at least 2 * kMaxChunkBytes. Memory and lateness against
-  // throughput: bandwidth times round trip is needed (4 MiB: 100 ms at 330 Mbit/s).
+  // Blob bytes the server may have under way to us. Precondition: at least 2 * kMaxChunkBytes. Memory and lateness
+  // against throughput: bandwidth times round trip is needed (4 MiB: 100 ms at 330 Mbit/s).
   std::uint32_t window_bytes = 4U << 20;
   std::uint64_t max_head_bytes = 256ULL << 20;  // head and index, each: larger ones are refused before they arrive
-  TimeMs stall_timeout_ms = 30'000;    // something is awaited and nothing of it comes
-  TimeMs ping_interval_ms = 10'000;    // silence after which the server is asked for a sign of life
+  TimeMs stall_timeout_ms = 30'000;             // something is awaited and nothing of it comes
+  TimeMs ping_interval_ms = 10'000;             // silence after which the server is asked for a sign of life
 };
 
 namespace event {
@@ -68,10 +69,9 @@ struct Failed {
 };
 }  // namespace event
 
-using ClientEvent =
-    std::variant<event::Welcomed, event::Catalogue, event::BuildingModel, event::ModelOpened, event::HeadComplete,
-                 event::IndexComplete, event::SegmentArrived, event::WantsServed, event::Refused, event::ServerDegraded,
-                 event::Failed>;
+using ClientEvent = std::variant<event::Welcomed, event::Catalogue, event::BuildingModel, event::ModelOpened,
+                                 event::HeadComplete, event::IndexComplete, event::SegmentArrived, event::WantsServed,
+                                 event::Refused, event::ServerDegraded, event::Failed>;
 
 class ClientSession {
  public:
@@ -81,8 +81,8 @@ class ClientSession {
   void list();
   // One model per session. After Refused another may be opened.
   Result<void> open(std::string model, std::optional<Have> have = {});
-  // Segments 0 .. prefix-1 of each cell, in list order; those already sent are left out. Replaces the list before it, also one
-  // that has not left this machine yet. Returns its epoch. Precondition: open() succeeded.
+  // Segments 0 .. prefix-1 of each cell, in list order; those already sent are left out. Replaces the list before it,
+  // also one that has not left this machine yet. Returns its epoch. Precondition: open() succeeded.
   Result<std::uint32_t> set_wants(std::vector<CellRun> runs);
   // The segments from `prefix` on of these cells were dropped and may be wanted again. Set wants after it, not before.
   Result<void> release(const std::vector<CellRun>& runs);
@@ -90,7 +90,8 @@ class ClientSession {
   std::span<std::byte> prepare(std::size_t size_bytes) { return reader_.prepare(size_bytes); }
   void commit(std::size_t size_bytes, TimeMs now_ms);
   void receive(Bytes bytes, TimeMs now_ms);
-  // Decodes lazily: a caller that does not ask grants no further credit, which slows the server down. After Failed: nothing.
+  // Decodes lazily: a caller that does not ask grants no further credit, which slows the server down. After Failed:
+  // nothing.
   std::optional<ClientEvent> next_event();
   // The transport ended. Becomes Failed after what was received before has been handed out.
   void transport_closed(std::string_view why);
@@ -107,7 +108,8 @@ class ClientSession {
   bool index_complete() const { return index_told_; }
   Bytes head() const { return head_; }
   Bytes index() const { return index_; }
-  // How many segments of a cell have arrived or were held at open; kAllSegments if held completely. Precondition: opened.
+  // How many segments of a cell have arrived or were held at open; kAllSegments if held completely. Precondition:
+  // opened.
   std::uint32_t held_prefix(std::uint32_t cell) const { return held_[cell]; }
   // A list is not served completely yet.
   bool wants_outstanding() const { return set_epoch_ != 0 && served_epoch_ != set_epoch_; }
@@ -156,7 +158,7 @@ class ClientSession {
   std::optional<SegmentPart> part_;  // of which parts_ holds the beginning
   std::uint32_t set_epoch_ = 0, served_epoch_ = 0, sent_epoch_ = 0;
 
-  std::uint64_t credit_bytes_ = 0;    // granted and not used up by what arrived
+  std::uint64_t credit_bytes_ = 0;  // granted and not used up by what arrived
   std::uint64_t granted_unsent_bytes_ = 0;
   std::uint64_t consumed_bytes_ = 0;  // used up and not yet granted again
   std::uint64_t received_bytes_ = 0;

@@ -188,9 +188,8 @@ Result<std::optional<FrameView>> FrameReader::next() {
   if (available < kFrameHeaderBytes) return std::optional<FrameView>();
   const std::size_t payload_size = get_little_endian(start + 1, 3);
   if (payload_size > *limit) {
-    return tl::unexpected<Error>(fault("claims " + std::to_string(payload_size) + " bytes, the limit is " +
-                                           std::to_string(*limit),
-                                       type));
+    return tl::unexpected<Error>(
+        fault("claims " + std::to_string(payload_size) + " bytes, the limit is " + std::to_string(*limit), type));
   }
   if (is_data_frame(type) && payload_size < 4) {
     return tl::unexpected<Error>(fault("too short to hold its checksum", type));

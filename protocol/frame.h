@@ -1,4 +1,5 @@
-// Frames: u8 type, u24 little-endian payload size, payload. Data frames begin with a checksum. See PROTOCOL.md, section 2.
+// Frames: u8 type, u24 little-endian payload size, payload. Data frames begin with a checksum. See PROTOCOL.md,
+// section 2.
 #pragma once
 
 #include <array>
@@ -83,13 +84,14 @@ class FrameReader {
   void commit(std::size_t size_bytes);
   void push(Bytes bytes);
 
-  // The next whole frame, nothing if more bytes are needed, or an error that names the stream's byte offset. After an error the
-  // stream is lost: every further call gives the same error. The view is valid until the next non-const call.
+  // The next whole frame, nothing if more bytes are needed, or an error that names the stream's byte offset. After an
+  // error the stream is lost: every further call gives the same error. The view is valid until the next non-const call.
   Result<std::optional<FrameView>> next();
 
   // A frame has begun to arrive and is not complete.
   bool mid_frame() const { return end_ > begin_; }
-  // Until lifted with nothing, only this type (and error) is taken: the handshake's frame, so that a stranger cannot make us buffer.
+  // Until lifted with nothing, only this type (and error) is taken: the handshake's frame, so that a stranger cannot
+  // make us buffer.
   void restrict_to(std::optional<FrameType> type) { only_ = type; }
   // Stream offset of the next frame's first byte.
   std::uint64_t offset_bytes() const { return offset_bytes_; }

@@ -1,4 +1,5 @@
-// Every limit of the protocol in one place. Both ends check them before they allocate. PROTOCOL.md lists the same values.
+// Every limit of the protocol in one place. Both ends check them before they allocate. PROTOCOL.md lists the same
+// values.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +15,8 @@ inline constexpr std::uint16_t kProtocolVersionMax = 1;
 inline constexpr std::uint32_t kProtocolMagic = 0x534E4146;  // "FANS" read as a little-endian u32
 inline constexpr std::uint16_t kDefaultPort = 7370;
 
-inline constexpr std::size_t kFrameHeaderBytes = 4;            // u8 type, u24 payload size
-inline constexpr std::size_t kMaxHelloBytes = 256;             // hello and welcome; more is never buffered before the handshake
+inline constexpr std::size_t kFrameHeaderBytes = 4;  // u8 type, u24 payload size
+inline constexpr std::size_t kMaxHelloBytes = 256;   // hello and welcome; more is never buffered before the handshake
 inline constexpr std::size_t kMaxChunkBytes = 64 * 1024;       // blob bytes in one data frame
 inline constexpr std::size_t kMaxDataFieldsBytes = 4 + 4 * 5;  // checksum and at most four varints of 32 bits
 inline constexpr std::size_t kMaxRunsBytes = 256 * 1024;       // wants, release and open

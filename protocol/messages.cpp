@@ -6,8 +6,8 @@ namespace fanstream {
 namespace {
 
 tl::unexpected<Error> malformed(FrameType type, const WireReader& in) {
-  return fail(ErrorKind::bad_input, name(type) + " message: malformed, cut short or too long at payload byte " +
-                                        std::to_string(in.offset()));
+  return fail(ErrorKind::bad_input,
+              name(type) + " message: malformed, cut short or too long at payload byte " + std::to_string(in.offset()));
 }
 
 template <class Message>

@@ -1,5 +1,6 @@
-// The messages that frames carry, as structs. encode() appends a whole frame; decode_...() reads a payload strictly: anything
-// missing, malformed, beyond a limit or left over is an error that names the message and the payload's byte. Byte layouts: PROTOCOL.md, section 3.
+// The messages that frames carry, as structs. encode() appends a whole frame; decode_...() reads a payload strictly:
+// anything missing, malformed, beyond a limit or left over is an error that names the message and the payload's byte.
+// Byte layouts: PROTOCOL.md, section 3.
 #pragma once
 
 #include <cstdint>

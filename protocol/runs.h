@@ -1,4 +1,5 @@
-// Lists of (cell, prefix), packed as runs of consecutive cells with the same prefix. Used by wants, release and open's `have`.
+// Lists of (cell, prefix), packed as runs of consecutive cells with the same prefix. Used by wants, release and open's
+// `have`.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +16,8 @@ namespace fanstream {
 // As a prefix: every segment of the cell, however many there are.
 inline constexpr std::uint32_t kAllSegments = 0xFFFFFFFFU;
 
-// Segments 0 .. prefix-1 of one cell, or as many as it has: wanting more is no error, so that 'all cells to prefix 3' is one run.
+// Segments 0 .. prefix-1 of one cell, or as many as it has: wanting more is no error, so that 'all cells to prefix 3'
+// is one run.
 struct CellPrefix {
   std::uint32_t cell = 0;
   std::uint32_t prefix = kAllSegments;
@@ -33,12 +35,13 @@ struct CellRun {
 // Joins neighbours in the list; the order is kept.
 std::vector<CellRun> to_runs(std::span<const CellPrefix> list);
 
-// Why the list cannot be sent, if it cannot: too many runs or entries, cells or prefixes beyond the limits, too many bytes.
+// Why the list cannot be sent, if it cannot: too many runs or entries, cells or prefixes beyond the limits, too many
+// bytes.
 Result<void> check_runs(std::span<const CellRun> runs);
 
 void write_runs(std::span<const CellRun> runs, WireWriter& out);
-// Leaves `in` not ok() on anything malformed or beyond a limit. Cells are below kMaxCells, prefixes at most kMaxSegmentsPerCell
-// or kAllSegments; whether the model has them is not known here.
+// Leaves `in` not ok() on anything malformed or beyond a limit. Cells are below kMaxCells, prefixes at most
+// kMaxSegmentsPerCell or kAllSegments; whether the model has them is not known here.
 std::vector<CellRun> read_runs(WireReader& in);
 
 }  // namespace fanstream

@@ -61,7 +61,8 @@ SendPlan::Next SendPlan::next(std::uint64_t credit_bytes, std::size_t& entry_bud
   }
   if (part_) {
     const Bytes whole = source_->segment(part_->cell, part_->segment);
-    if (std::min<std::size_t>(kMaxChunkBytes, whole.size() - part_->offset_bytes) > credit_bytes) return Next::no_credit;
+    if (std::min<std::size_t>(kMaxChunkBytes, whole.size() - part_->offset_bytes) > credit_bytes)
+      return Next::no_credit;
     give_segment(part_->cell, part_->segment, part_->offset_bytes, whole, frame);
     return Next::frame;
   }
@@ -72,8 +73,12 @@ void SendPlan::give_segment(std::uint32_t cell, std::uint32_t segment, std::uint
                             DataFrame& frame) {
   const bool single = whole.size() <= kMaxChunkBytes;
   const Bytes blob = whole.subspan(offset_bytes, std::min(kMaxChunkBytes, whole.size() - offset_bytes));
-  frame = {single ? FrameType::segment : FrameType::segment_part, cell, segment, offset_bytes,
-           static_cast<std::uint32_t>(whole.size()), blob};
+  frame = {single ? FrameType::segment : FrameType::segment_part,
+           cell,
+           segment,
+           offset_bytes,
+           static_cast<std::uint32_t>(whole.size()),
+           blob};
   const auto end = static_cast<std::uint32_t>(offset_bytes + blob.size());
   if (end < whole.size()) {
     part_ = OpenSegment{cell, segment, end};
@@ -112,7 +117,8 @@ bool SendPlan::take_back(const DataFrame& frame) {
     part_ = OpenSegment{frame.cell, frame.segment, frame.offset_bytes};
     if (frame.offset_bytes == 0) part_.reset();
   }
-  if (frame.offset_bytes == 0) sent_[frame.cell] = std::min(sent_[frame.cell], static_cast<std::uint16_t>(frame.segment));
+  if (frame.offset_bytes == 0)
+    sent_[frame.cell] = std::min(sent_[frame.cell], static_cast<std::uint16_t>(frame.segment));
   return true;
 }
 

@@ -1,5 +1,5 @@
-// What a server session has yet to send of one model: head, index, then the segments of the current list of wants. It chooses late
-// and takes back what it chose but what never reached the transport when a new list arrives. No I/O.
+// What a server session has yet to send of one model: head, index, then the segments of the current list of wants. It
+// chooses late and takes back what it chose but what never reached the transport when a new list arrives. No I/O.
 #pragma once
 
 #include <cstddef>
@@ -60,7 +60,8 @@ class SendPlan {
 
   // Something might be sent, given credit: not known for certain before next() has looked through the list.
   bool has_work() const {
-    return source_ && (head_sent_ < head_size_ || index_sent_ < index_size_ || part_ || run_ < runs_.size() || done_pending_);
+    return source_ &&
+           (head_sent_ < head_size_ || index_sent_ < index_size_ || part_ || run_ < runs_.size() || done_pending_);
   }
 
  private:
@@ -68,7 +69,8 @@ class SendPlan {
     std::uint32_t cell, segment, offset_bytes;
   };
   bool in_range(const CellRun& run) const;
-  void give_segment(std::uint32_t cell, std::uint32_t segment, std::uint32_t offset_bytes, Bytes whole, DataFrame& frame);
+  void give_segment(std::uint32_t cell, std::uint32_t segment, std::uint32_t offset_bytes, Bytes whole,
+                    DataFrame& frame);
   Next next_wanted(std::uint64_t credit_bytes, std::size_t& entry_budget, DataFrame& frame);
 
   std::shared_ptr<const SegmentSource> source_;

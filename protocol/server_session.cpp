@@ -6,7 +6,8 @@
 namespace fanstream {
 namespace {
 
-constexpr std::size_t kMaxUnsentBytes = 256 * 1024;  // twice what data alone can come to, so only unread answers stop reading
+constexpr std::size_t kMaxUnsentBytes =
+    256 * 1024;  // twice what data alone can come to, so only unread answers stop reading
 constexpr std::size_t kMaxFramesInFlight = 256;
 constexpr std::size_t kEntriesPerWrite = 64 * 1024;  // looked-at entries of a list before others get their turn
 
@@ -139,8 +140,8 @@ void ServerSession::handle_release(Bytes payload) {
   if (!open_attempted_) return close(ErrorCode::unexpected_message, "release before any open");
   if (plan_.source() == nullptr) return;  // nothing was sent, so nothing is held
   if (!plan_.release(release->runs)) {
-    refuse(ErrorCode::want_out_of_range, "release names cells beyond the model's " +
-                                             std::to_string(plan_.source()->cell_count()));
+    refuse(ErrorCode::want_out_of_range,
+           "release names cells beyond the model's " + std::to_string(plan_.source()->cell_count()));
   }
   blocked_on_credit_ = false;
 }
@@ -156,7 +157,8 @@ void ServerSession::handle_credit(Bytes payload) {
 void ServerSession::send_catalogue(const std::vector<CatalogueEntry>& entries) {
   list_pending_ = false;
   if (closing_) return;
-  if (entries.size() > kMaxCatalogueEntries) return close(ErrorCode::limit, "the catalogue is larger than 65536 models");
+  if (entries.size() > kMaxCatalogueEntries)
+    return close(ErrorCode::limit, "the catalogue is larger than 65536 models");
   encode_catalogue(entries, control_);
 }
 
@@ -241,8 +243,10 @@ void ServerSession::take_back_unsent() {
     const std::size_t size_bytes = last.size_bytes();
     if (last.data && !plan_.take_back(*last.data)) break;
     if (last.data) credit_bytes_ += last.data->blob.size();
-    if (!last.data && !last.wants_done) kept.push_back(std::move(last));
-    else in_flight_bytes_ -= size_bytes;
+    if (!last.data && !last.wants_done)
+      kept.push_back(std::move(last));
+    else
+      in_flight_bytes_ -= size_bytes;
     in_flight_.pop_back();
   }
   for (; !kept.empty(); kept.pop_back()) in_flight_.push_back(std::move(kept.back()));
@@ -388,7 +392,8 @@ void ServerSession::tick(TimeMs now_ms) {
   check_sending(now_ms);
   if (closing_) return;
   if (!welcomed_) {
-    if (now_ms - started_ms_ > options_.handshake_timeout_ms) close(ErrorCode::handshake_timeout, "no hello arrived in time");
+    if (now_ms - started_ms_ > options_.handshake_timeout_ms)
+      close(ErrorCode::handshake_timeout, "no hello arrived in time");
     return;
   }
   if (frame_begun_ms_ && now_ms - *frame_begun_ms_ > options_.frame_timeout_ms) {

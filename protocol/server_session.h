@@ -1,8 +1,9 @@
-// The server's end of one connection as a state machine: bytes in, events out, and bytes to send chosen as late as possible.
-// No sockets, clocks or threads: the driver passes the time (any monotonic milliseconds) and moves the bytes. Not thread safe.
+// The server's end of one connection as a state machine: bytes in, events out, and bytes to send chosen as late as
+// possible. No sockets, clocks or threads: the driver passes the time (any monotonic milliseconds) and moves the bytes.
+// Not thread safe.
 //
-//   driver loop: receive() -> next_event() until empty, answering each; while wants_to_send() and the transport can take
-//   bytes: next_write(), write, written(); tick() about once a second; close the transport once finished().
+//   driver loop: receive() -> next_event() until empty, answering each; while wants_to_send() and the transport can
+//   take bytes: next_write(), write, written(); tick() about once a second; close the transport once finished().
 #pragma once
 
 #include <cstddef>
@@ -29,7 +30,8 @@ struct ServerSessionOptions {
   TimeMs stall_timeout_ms = 60'000;      // bytes to send and the client takes none: given up
   TimeMs no_credit_notice_ms = 5'000;    // wanted segments wait for credit: the client is told
   TimeMs building_repeat_ms = 2'000;     // 'building' is repeated at least so often
-  // Data chosen for one write. Larger costs lateness on slow lines (64 KiB is 52 ms at 10 Mbit/s), smaller costs system calls.
+  // Data chosen for one write. Larger costs lateness on slow lines (64 KiB is 52 ms at 10 Mbit/s), smaller costs system
+  // calls.
   std::size_t write_batch_bytes = 64 * 1024;
 };
 
@@ -49,7 +51,8 @@ class ServerSession {
   std::span<std::byte> prepare(std::size_t size_bytes) { return reader_.prepare(size_bytes); }
   void commit(std::size_t size_bytes, TimeMs now_ms);
   void receive(Bytes bytes, TimeMs now_ms);
-  // False while the client leaves our answers unread: the driver then stops reading, so that no flood can fill our memory.
+  // False while the client leaves our answers unread: the driver then stops reading, so that no flood can fill our
+  // memory.
   bool wants_to_receive() const;
   // Works through what was received until something needs the driver. Violations of the protocol queue a fatal error.
   std::optional<ServerEvent> next_event(TimeMs now_ms);
@@ -63,9 +66,10 @@ class ServerSession {
 
   // True if next_write() may give bytes. False positives are possible when a long list has to be looked through.
   bool wants_to_send() const;
-  // Fills `buffers` with what to write now, in order: about write_batch_bytes of frames. Blobs come straight from the source,
-  // except that pieces below kJoinBytes are joined in `scratch`, where a copy is cheaper than one more buffer for the kernel.
-  // Returns how many buffers; they and `scratch` must stay as they are until written(). 0 means ask again later.
+  // Fills `buffers` with what to write now, in order: about write_batch_bytes of frames. Blobs come straight from the
+  // source, except that pieces below kJoinBytes are joined in `scratch`, where a copy is cheaper than one more buffer
+  // for the kernel. Returns how many buffers; they and `scratch` must stay as they are until written(). 0 means ask
+  // again later.
   static constexpr std::size_t kJoinBytes = 1024;
   std::size_t next_write(std::span<Bytes> buffers, std::vector<std::byte>& scratch);
   // How many of those bytes the transport took. The rest comes again.

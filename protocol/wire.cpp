@@ -17,9 +17,9 @@ std::size_t printable_character_size(std::string_view text, std::size_t position
     if ((byte(i) & 0xC0U) != 0x80U) return 0;
   }
   const unsigned second = byte(1);
-  if (lead == 0xC2 && second < 0xA0) return 0;                           // C1 control characters
-  if (lead == 0xE0 && second < 0xA0) return 0;                           // overlong
-  if (lead == 0xED && second > 0x9F) return 0;                           // surrogates
+  if (lead == 0xC2 && second < 0xA0) return 0;                                       // C1 control characters
+  if (lead == 0xE0 && second < 0xA0) return 0;                                       // overlong
+  if (lead == 0xED && second > 0x9F) return 0;                                       // surrogates
   if ((lead == 0xF0 && second < 0x90) || (lead == 0xF4 && second > 0x8F)) return 0;  // overlong, above U+10FFFF
   return size;
 }

@@ -1,4 +1,5 @@
-// Little-endian integers, varints and text in byte buffers. The reader cannot over-read and never allocates by a claimed size.
+// Little-endian integers, varints and text in byte buffers. The reader cannot over-read and never allocates by a
+// claimed size.
 #pragma once
 
 #include <cstddef>
@@ -30,8 +31,8 @@ class WireWriter {
   std::vector<std::byte>& out_;
 };
 
-// Reads from a view. After the first failure every read gives zero or nothing and ok() stays false, so a decoder checks once at
-// its end (but before it allocates by a value that it read).
+// Reads from a view. After the first failure every read gives zero or nothing and ok() stays false, so a decoder checks
+// once at its end (but before it allocates by a value that it read).
 class WireReader {
  public:
   explicit WireReader(Bytes bytes) : bytes_(bytes) {}

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "client/support/atomic_file.h"
+#include "common/support/atomic_file.h"
 
 namespace fanstream {
 namespace {

@@ -56,7 +56,8 @@ void LoadClient::arm_timer() {
     const TimeMs at_ms = now_ms();
     if (at_ms - self->started_ms_ > self->options_.timeout_ms) {
       const std::string_view awaiting = self->session_.awaiting();
-      return self->finish(Error{ErrorKind::network, "not complete within " + std::to_string(self->options_.timeout_ms / 1000) +
+      return self->finish(Error{ErrorKind::network, "not complete within " +
+                                                        std::to_string(self->options_.timeout_ms / 1000) +
                                                         " s, while waiting for " + std::string(awaiting)});
     }
     self->session_.tick(at_ms);
@@ -146,7 +147,8 @@ void LoadClient::on_event(ClientEvent& event) {
   } else if (const auto* opened = std::get_if<event::ModelOpened>(&event)) {
     hash_in(std::as_bytes(std::span(opened->model.digest)), 1);
     const std::uint32_t cells = opened->model.cell_count;
-    const std::vector<CellRun> all = cells == 0 ? std::vector<CellRun>{} : std::vector<CellRun>{{0, cells, kAllSegments}};
+    const std::vector<CellRun> all =
+        cells == 0 ? std::vector<CellRun>{} : std::vector<CellRun>{{0, cells, kAllSegments}};
     if (const Result<std::uint32_t> sent = session_.set_wants(all); !sent) finish(sent.error());
   } else if (std::holds_alternative<event::HeadComplete>(event)) {
     outcome_.head_ms = elapsed_ms();
@@ -159,8 +161,9 @@ void LoadClient::on_event(ClientEvent& event) {
     // The session lets each segment through once and in order, so the count alone tells whether all came.
     const std::uint64_t expected = session_.model()->segment_total;
     if (session_.received_segments() == expected && session_.index_complete()) return finish(std::nullopt);
-    finish(Error{ErrorKind::bad_input, "the server says that all is sent, but " + std::to_string(session_.received_segments()) +
-                                           " of " + std::to_string(expected) + " segments came"});
+    finish(Error{ErrorKind::bad_input, "the server says that all is sent, but " +
+                                           std::to_string(session_.received_segments()) + " of " +
+                                           std::to_string(expected) + " segments came"});
   }
 }
 

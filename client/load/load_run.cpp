@@ -21,7 +21,13 @@ class LoadThread {
  public:
   LoadThread(const LoadOptions& options, tcp::endpoint endpoint, std::uint32_t clients, std::uint32_t connecting,
              std::atomic<std::uint64_t>& bytes, std::atomic<std::uint32_t>& ended)
-      : options_(options), endpoint_(std::move(endpoint)), total_(clients), left_(clients), slots_(connecting), bytes_(bytes), ended_(ended) {}
+      : options_(options),
+        endpoint_(std::move(endpoint)),
+        total_(clients),
+        left_(clients),
+        slots_(connecting),
+        bytes_(bytes),
+        ended_(ended) {}
 
   void run() {
     start_some();
@@ -132,7 +138,8 @@ LoadReport run_load(const LoadOptions& options, const std::function<void(std::ui
     report.failures[endpoint.error().message] = options.clients;
     return report;
   }
-  const unsigned wanted = options.threads != 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency() / 2);
+  const unsigned wanted =
+      options.threads != 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency() / 2);
   const unsigned threads = std::clamp(options.clients, 1U, wanted);
   std::atomic<std::uint64_t> bytes{0};
   std::atomic<std::uint32_t> ended{0};
@@ -142,7 +149,8 @@ LoadReport run_load(const LoadOptions& options, const std::function<void(std::ui
   std::vector<std::thread> running;
   for (unsigned i = 0; i < threads; ++i) {
     const std::uint32_t share = options.clients / threads + (i < options.clients % threads ? 1 : 0);
-    parts.push_back(std::make_unique<LoadThread>(options, *endpoint, share, std::max(1U, options.connecting / threads), bytes, ended));
+    parts.push_back(std::make_unique<LoadThread>(options, *endpoint, share, std::max(1U, options.connecting / threads),
+                                                 bytes, ended));
     running.emplace_back([&finished, part = parts.back().get()] {
       part->run();
       ++finished;

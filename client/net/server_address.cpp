@@ -12,7 +12,8 @@ std::string ServerAddress::text() const {
 
 Result<ServerAddress> parse_server_address(std::string_view text) {
   const auto wrong = [&](const std::string& why) {
-    return fail(ErrorKind::usage, std::string("'").append(text) + "': " + why + "; expected HOST:PORT or HOST:PORT/MODEL");
+    return fail(ErrorKind::usage,
+                std::string("'").append(text) + "': " + why + "; expected HOST:PORT or HOST:PORT/MODEL");
   };
   ServerAddress address;
   std::string_view rest = text;

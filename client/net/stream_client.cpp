@@ -15,7 +15,8 @@ constexpr std::size_t kReadBytes = 128 * 1024;
 constexpr TimeMs kSliceMs = 100;  // how long a wait goes on before the stop flag is looked at
 
 TimeMs now_ms() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
 }
 
 bool would_block(const asio::error_code& error) {
@@ -71,10 +72,11 @@ Result<void> StreamClient::Impl::connect() {
   const TimeMs deadline_ms = now_ms() + options.connect_timeout_ms;
   asio::error_code error;
   tcp::resolver resolver(io);
-  const auto endpoints = resolver.resolve(address.host, std::to_string(address.port), tcp::resolver::numeric_service, error);
+  const auto endpoints =
+      resolver.resolve(address.host, std::to_string(address.port), tcp::resolver::numeric_service, error);
   if (error) {
-    return tl::unexpected<Error>(
-        located({ErrorKind::network, "unknown host '" + address.host + "': " + error.message() + "; check its spelling"}));
+    return tl::unexpected<Error>(located(
+        {ErrorKind::network, "unknown host '" + address.host + "': " + error.message() + "; check its spelling"}));
   }
   Result<void> connected = fail(ErrorKind::network, "the host has no address");
   for (const auto& entry : endpoints) {
@@ -111,9 +113,9 @@ Result<void> StreamClient::Impl::connect_to(const tcp::endpoint& endpoint, TimeM
   }
   if (interrupted) return tl::unexpected<Error>(stopped());
   if (timed_out) {
-    return tl::unexpected<Error>(located({ErrorKind::network, "no connection within " +
-                                                                  std::to_string(options.connect_timeout_ms) +
-                                                                  " ms; is the host up and not behind a firewall?"}));
+    return tl::unexpected<Error>(
+        located({ErrorKind::network, "no connection within " + std::to_string(options.connect_timeout_ms) +
+                                         " ms; is the host up and not behind a firewall?"}));
   }
   if (*outcome == asio::error::connection_refused) {
     return tl::unexpected<Error>(
@@ -182,7 +184,8 @@ Result<std::optional<ClientEvent>> StreamClient::Impl::poll(TimeMs deadline_ms) 
   }
 }
 
-// Waits for one kind of event without an end of its own: the session's stall timeout is the end. Others are kept for next_event().
+// Waits for one kind of event without an end of its own: the session's stall timeout is the end. Others are kept for
+// next_event().
 template <class Wanted>
 Result<Wanted> StreamClient::Impl::await(const std::function<void(double)>& on_building) {
   for (;;) {
@@ -246,21 +249,25 @@ Result<Bytes> StreamClient::receive_index() {
   return impl_->session.index();
 }
 
-Result<std::uint32_t> StreamClient::set_wants(std::vector<CellRun> runs) { return impl_->session.set_wants(std::move(runs)); }
+Result<std::uint32_t> StreamClient::set_wants(std::vector<CellRun> runs) {
+  return impl_->session.set_wants(std::move(runs));
+}
 Result<void> StreamClient::release(const std::vector<CellRun>& runs) { return impl_->session.release(runs); }
 
 Result<std::optional<ClientEvent>> StreamClient::next_event(TimeMs timeout_ms) {
   if (!impl_->kept.empty()) {
     impl_->current = std::move(impl_->kept.front());
     impl_->kept.pop_front();
-    if (auto* segment = std::get_if<event::SegmentArrived>(&impl_->current.event)) segment->bytes = impl_->current.bytes;
+    if (auto* segment = std::get_if<event::SegmentArrived>(&impl_->current.event))
+      segment->bytes = impl_->current.bytes;
     return std::optional<ClientEvent>(impl_->current.event);
   }
   const TimeMs deadline_ms = now_ms() + timeout_ms;
   for (;;) {
     Result<std::optional<ClientEvent>> event = impl_->poll(deadline_ms);
     if (!event || !*event) return event;
-    if (!std::holds_alternative<event::HeadComplete>(**event) && !std::holds_alternative<event::IndexComplete>(**event)) {
+    if (!std::holds_alternative<event::HeadComplete>(**event) &&
+        !std::holds_alternative<event::IndexComplete>(**event)) {
       return event;
     }
   }

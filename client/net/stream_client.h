@@ -1,6 +1,6 @@
-// A connection to a Fanstream server, as blocking calls with timeouts. Starts no threads and has no global state; everything happens
-// inside the calls, so a caller with a view to draw calls next_event() in between, at least once a minute: the server gives up on
-// clients that leave its pings unanswered (90 s by default).
+// A connection to a Fanstream server, as blocking calls with timeouts. Starts no threads and has no global state;
+// everything happens inside the calls, so a caller with a view to draw calls next_event() in between, at least once a
+// minute: the server gives up on clients that leave its pings unanswered (90 s by default).
 #pragma once
 
 #include <atomic>
@@ -18,15 +18,17 @@
 namespace fanstream {
 
 struct StreamClientOptions {
-  TimeMs connect_timeout_ms = 10'000;  // until the server's welcome; looking up a host name takes as long as the system lets it
-  // Set to true (by a signal handler, say) to make every call return `interrupted` within 0.1 s. May be null; must outlive the client.
+  TimeMs connect_timeout_ms =
+      10'000;  // until the server's welcome; looking up a host name takes as long as the system lets it
+  // Set to true (by a signal handler, say) to make every call return `interrupted` within 0.1 s. May be null; must
+  // outlive the client.
   const std::atomic<bool>* stop = nullptr;
   ClientSessionOptions session;
 };
 
-// Every error names host:port and what happened. Errors of kind `usage`, `not_found` and a refused request leave the connection
-// usable; after any other the connection is over, and what was received stays readable here.
-// Not thread safe. Movable.
+// Every error names host:port and what happened. Errors of kind `usage`, `not_found` and a refused request leave the
+// connection usable; after any other the connection is over, and what was received stays readable here. Not thread
+// safe. Movable.
 class StreamClient {
  public:
   static Result<StreamClient> connect(const ServerAddress& address, const StreamClientOptions& options = {});
@@ -49,8 +51,8 @@ class StreamClient {
   Result<std::uint32_t> set_wants(std::vector<CellRun> runs);
   Result<void> release(const std::vector<CellRun>& runs);
 
-  // The next SegmentArrived, WantsServed, Refused or ServerDegraded; nothing if none came within timeout_ms (0: only what is there).
-  // The bytes of a segment are valid until the next call.
+  // The next SegmentArrived, WantsServed, Refused or ServerDegraded; nothing if none came within timeout_ms (0: only
+  // what is there). The bytes of a segment are valid until the next call.
   Result<std::optional<ClientEvent>> next_event(TimeMs timeout_ms);
 
   const ClientSession& session() const;  // held prefixes, counts

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <png.h>
 
-#include "client/support/atomic_file.h"
+#include "common/support/atomic_file.h"
 
 namespace fanstream {
 

@@ -5,7 +5,8 @@
 
 namespace fanstream {
 
-// Raises the soft limit to the hard one and returns the limit now in force (0 where there is no such thing). Never fails.
+// Raises the soft limit to the hard one and returns the limit now in force (0 where there is no such thing). Never
+// fails.
 std::uint64_t raise_descriptor_limit();
 
 }  // namespace fanstream

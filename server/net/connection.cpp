@@ -9,12 +9,13 @@ namespace fanstream {
 namespace {
 
 constexpr std::size_t kReadBytes = 16 * 1024;
-constexpr int kReadsPerTurn = 4;    // then other connections of this thread get theirs
+constexpr int kReadsPerTurn = 4;  // then other connections of this thread get theirs
 constexpr int kWritesPerTurn = 4;
 constexpr TimeMs kLingerMs = 1'000;  // for the client to read our last words before a reset could overtake them
 
 TimeMs now_ms() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
 }
 
 bool would_block(const asio::error_code& error) {
@@ -123,7 +124,7 @@ void Connection::wait_writable() {
 
 // The socket can take bytes: only now is it decided which.
 void Connection::write_some() {
-  std::array<Bytes, 64> buffers;                  // as many as Asio passes on in one write
+  std::array<Bytes, 64> buffers;                // as many as Asio passes on in one write
   thread_local std::vector<std::byte> scratch;  // needed only until the bytes are in the socket
   const std::uint64_t segments_before = session_.sent_segments();
   for (int i = 0; i < kWritesPerTurn && session_.wants_to_send(); ++i) {
@@ -174,7 +175,8 @@ void Connection::linger() {
   discard_input();
 }
 
-// Closing with unread input makes the kernel send a reset, which can destroy the error message on its way to the client.
+// Closing with unread input makes the kernel send a reset, which can destroy the error message on its way to the
+// client.
 void Connection::discard_input() {
   socket_.async_wait(asio::socket_base::wait_read, [self = shared_from_this()](const asio::error_code& error) {
     if (self->ended_) return;

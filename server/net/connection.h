@@ -13,8 +13,8 @@
 namespace fanstream {
 
 struct ServerCounters {
-  std::atomic<std::uint64_t> sessions_open{0}, sessions_total{0}, sessions_refused{0}, sessions_failed{0}, sent_bytes{0},
-      sent_segments{0};
+  std::atomic<std::uint64_t> sessions_open{0}, sessions_total{0}, sessions_refused{0}, sessions_failed{0},
+      sent_bytes{0}, sent_segments{0};
 };
 
 // What all connections of a server share. Outlives them.

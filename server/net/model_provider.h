@@ -18,8 +18,9 @@ struct ModelStatus {
   std::shared_ptr<const SegmentSource> source;  // ready, not null; kept alive by every session that sends it
 };
 
-// Thread safety: all members are called from any number of threads at once. They must return quickly (no building inside):
-// open() is asked again every ServerOptions::building_poll_ms while a client waits for a model that is being built.
+// Thread safety: all members are called from any number of threads at once. They must return quickly (no building
+// inside): open() is asked again every ServerOptions::building_poll_ms while a client waits for a model that is being
+// built.
 class ModelProvider {
  public:
   virtual ~ModelProvider() = default;

@@ -150,7 +150,8 @@ void StreamServer::Impl::stop() {
     for (const auto& [unused, weak] : connections) {
       if (const std::shared_ptr<Connection> connection = weak.lock()) connection->shut_down();
     }
-    all_gone.wait_for(lock, std::chrono::milliseconds(shared.options.drain_timeout_ms), [&] { return connections.empty(); });
+    all_gone.wait_for(lock, std::chrono::milliseconds(shared.options.drain_timeout_ms),
+                      [&] { return connections.empty(); });
   }
   io.stop();
   for (std::thread& thread : threads) thread.join();
@@ -173,8 +174,8 @@ void StreamServer::stop() { impl_->stop(); }
 
 ServerMetrics StreamServer::metrics() const {
   const ServerCounters& counters = impl_->shared.counters;
-  return {counters.sessions_open, counters.sessions_total, counters.sessions_refused,
-          counters.sessions_failed, counters.sent_bytes, counters.sent_segments};
+  return {counters.sessions_open,   counters.sessions_total, counters.sessions_refused,
+          counters.sessions_failed, counters.sent_bytes,     counters.sent_segments};
 }
 
 }  // namespace fanstream

@@ -13,11 +13,12 @@
 namespace fanstream {
 
 struct ServerOptions {
-  std::string host = "0.0.0.0";  // address or name to listen on; "::" takes IPv6 and IPv4
-  std::uint16_t port = kDefaultPort;  // 0: the system chooses, see StreamServer::port()
-  unsigned threads = 0;               // 0: one per core
+  std::string host = "0.0.0.0";         // address or name to listen on; "::" takes IPv6 and IPv4
+  std::uint16_t port = kDefaultPort;    // 0: the system chooses, see StreamServer::port()
+  unsigned threads = 0;                 // 0: one per core
   std::uint32_t max_sessions = 10'000;  // further clients are told 'server full'
-  // Bytes the kernel may hold unsent per connection before it asks for more. Small keeps choices late, large saves wake-ups.
+  // Bytes the kernel may hold unsent per connection before it asks for more. Small keeps choices late, large saves
+  // wake-ups.
   int unsent_low_water_bytes = 32 * 1024;
   TimeMs building_poll_ms = 200;
   TimeMs drain_timeout_ms = 2'000;  // stop(): how long clients have to read the goodbye
@@ -38,14 +39,16 @@ struct ServerMetrics {
 class StreamServer {
  public:
   // Listens and serves in the background from then on. Errors name the address and what to do about it.
-  static Result<std::unique_ptr<StreamServer>> start(const ServerOptions& options, std::shared_ptr<ModelProvider> models);
+  static Result<std::unique_ptr<StreamServer>> start(const ServerOptions& options,
+                                                     std::shared_ptr<ModelProvider> models);
   ~StreamServer();  // stop()
   StreamServer(const StreamServer&) = delete;
   StreamServer& operator=(const StreamServer&) = delete;
 
   std::uint16_t port() const;
   ServerMetrics metrics() const;
-  // Takes no more clients, tells those there are, gives them drain_timeout_ms to read it, closes. Returns when all threads have ended.
+  // Takes no more clients, tells those there are, gives them drain_timeout_ms to read it, closes. Returns when all
+  // threads have ended.
   void stop();
 
  private:

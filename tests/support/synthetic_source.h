@@ -16,7 +16,7 @@ namespace fanstream {
 struct SyntheticShape {
   std::uint32_t seed = 1;
   std::uint32_t cells = 50;
-  std::uint32_t max_segments = 6;        // 0 to this many per cell
+  std::uint32_t max_segments = 6;         // 0 to this many per cell
   std::uint32_t max_segment_bytes = 900;  // 0 to this many
   std::size_t head_bytes = 3000;
   std::size_t index_bytes = 700;

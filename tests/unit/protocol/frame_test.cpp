@@ -21,7 +21,8 @@ std::vector<std::byte> server_stream(std::uint32_t seed) {
   std::mt19937 random(seed);
   std::vector<std::byte> out;
   encode(Welcome{1, 0, 90'000}, out);
-  encode_catalogue({{"bunny", ModelState::ready, 0, "", {1, 2, 3}, 4, 5, 6}, {"cow", ModelState::building, 300, ""}}, out);
+  encode_catalogue({{"bunny", ModelState::ready, 0, "", {1, 2, 3}, 4, 5, 6}, {"cow", ModelState::building, 300, ""}},
+                   out);
   encode(Building{500}, out);
   encode(Opened{}, out);
   for (int i = 0; i < 20; ++i) {

@@ -12,7 +12,8 @@ using Encoded = std::vector<std::byte>;
 
 Bytes payload_of(const Encoded& frame) { return Bytes(frame).subspan(kFrameHeaderBytes); }
 
-const std::vector<CellRun> kRuns = {{0, 10'000, kAllSegments}, {5, 1, 0}, {4'000'000, 2, 65535}, {3, 1, 7}, {4, 300, 7}};
+const std::vector<CellRun> kRuns = {
+    {0, 10'000, kAllSegments}, {5, 1, 0}, {4'000'000, 2, 65535}, {3, 1, 7}, {4, 300, 7}};
 
 // A message of every kind with a decoder that says whether it was accepted and gives back what it read, encoded again.
 struct Kind {
@@ -48,7 +49,8 @@ std::vector<Kind> all_kinds() {
       kind("release", Release{kRuns}, decode_release),
       kind("credit", Credit{kMaxCredit}, decode_credit),
       kind("building", Building{1000}, decode_building),
-      kind("opened", Opened{true, {1, 2, 3}, kMaxCells, 1ULL << 37, kMaxHeadBytes, 0, ~0ULL, 1ULL << 40, 300}, decode_opened),
+      kind("opened", Opened{true, {1, 2, 3}, kMaxCells, 1ULL << 37, kMaxHeadBytes, 0, ~0ULL, 1ULL << 40, 300},
+           decode_opened),
       kind("wants done", WantsDone{1'000'000}, decode_wants_done),
       kind("degraded", Degraded{DegradedReason::no_credit, "because"}, decode_degraded),
       kind("error", ErrorMessage{ErrorCode::want_out_of_range, false, 77, "text"}, decode_error),
@@ -93,7 +95,8 @@ TEST(Messages, EveryTruncationIsAnError) {
     SCOPED_TRACE(kind.name);
     const Bytes payload = payload_of(kind.frame);
     for (std::size_t size = 0; size < payload.size(); ++size) {
-      const Encoded exact(payload.begin(), payload.begin() + static_cast<std::ptrdiff_t>(size));  // ASan sees an over-read
+      const Encoded exact(payload.begin(),
+                          payload.begin() + static_cast<std::ptrdiff_t>(size));  // ASan sees an over-read
       EXPECT_FALSE(kind.recode(exact)) << size;
     }
   }
@@ -118,7 +121,8 @@ TEST(Messages, WhatIsAcceptedAfterMutationHasOneForm) {
     const Bytes payload = payload_of(kind.frame);
     Encoded mutated(payload.begin(), payload.end());
     if (mutated.empty()) continue;
-    for (std::uint32_t i = 0; i < 1 + seed % 3; ++i) mutated[random() % mutated.size()] = static_cast<std::byte>(random());
+    for (std::uint32_t i = 0; i < 1 + seed % 3; ++i)
+      mutated[random() % mutated.size()] = static_cast<std::byte>(random());
     const Result<Encoded> again = kind.recode(mutated);
     if (!again || kind.open_ended || kind.name == "catalogue") continue;
     ++accepted;
@@ -139,8 +143,8 @@ TEST(Messages, ListsBeyondTheLimitsAreRefusedWithoutMemoryForThem) {
     fill(writer);
     return decode_wants(payload);
   };
-  EXPECT_FALSE(wants([](WireWriter& w) { w.varint(kMaxRuns); }));                                  // claims, holds none
-  EXPECT_FALSE(wants([](WireWriter& w) { w.varint(1), w.varint(1), w.varint(0); }));              // cell -1
+  EXPECT_FALSE(wants([](WireWriter& w) { w.varint(kMaxRuns); }));                     // claims, holds none
+  EXPECT_FALSE(wants([](WireWriter& w) { w.varint(1), w.varint(1), w.varint(0); }));  // cell -1
   EXPECT_FALSE(wants([](WireWriter& w) { w.varint(1), w.varint(2ULL * kMaxCells), w.varint(0); }));  // beyond the last
   EXPECT_FALSE(wants([](WireWriter& w) { w.varint(1), w.varint(0), w.varint(1), w.varint(kMaxCells); }));
   EXPECT_TRUE(wants([](WireWriter& w) { w.varint(1), w.varint(0), w.varint(1), w.varint(kMaxCells - 2); }));
@@ -165,7 +169,8 @@ TEST(Messages, RunsThatCannotBeSentAreRefused) {
 
 TEST(Messages, ALongCatalogueTakesSeveralFrames) {
   std::vector<CatalogueEntry> entries;
-  for (int i = 0; i < 5000; ++i) entries.push_back({"model " + std::to_string(i), ModelState::failed, 0, "because of this"});
+  for (int i = 0; i < 5000; ++i)
+    entries.push_back({"model " + std::to_string(i), ModelState::failed, 0, "because of this"});
   Encoded out;
   encode_catalogue(entries, out);
   FrameReader reader(Receiver::client);
@@ -188,7 +193,8 @@ TEST(Messages, ALongCatalogueTakesSeveralFrames) {
 
 TEST(Messages, TextThatCouldReachATerminalIsCleanOnBothSides) {
   EXPECT_TRUE(is_printable_utf8("Bär \xE2\x82\xAC \xF0\x9F\x90\xB0"));
-  for (const char* bad : {"\x1b[2J", "a\nb", "\x7f", "\xC0\xAF", "\xED\xA0\x80", "\xF5\x80\x80\x80", "\xE2\x82", "\xC2\x9B"}) {
+  for (const char* bad :
+       {"\x1b[2J", "a\nb", "\x7f", "\xC0\xAF", "\xED\xA0\x80", "\xF5\x80\x80\x80", "\xE2\x82", "\xC2\x9B"}) {
     EXPECT_FALSE(is_printable_utf8(bad));
     Encoded out;
     encode(ErrorMessage{ErrorCode::internal, true, 0, bad}, out);
@@ -197,7 +203,8 @@ TEST(Messages, TextThatCouldReachATerminalIsCleanOnBothSides) {
     EXPECT_TRUE(is_printable_utf8(read->text));
     Encoded raw;
     WireWriter writer(raw);
-    writer.u16(1), writer.u8(1), writer.u32(0), writer.varint(std::string_view(bad).size()), writer.bytes(as_bytes(bad));
+    writer.u16(1), writer.u8(1), writer.u32(0), writer.varint(std::string_view(bad).size()),
+        writer.bytes(as_bytes(bad));
     EXPECT_FALSE(decode_error(raw));
   }
 }
@@ -211,8 +218,8 @@ TEST(Messages, VarintsHaveOneForm) {
     EXPECT_EQ(reader.varint(), value);
     EXPECT_TRUE(reader.at_end());
   }
-  for (const std::vector<std::byte>& bad :
-       {Encoded{std::byte{0x80}, std::byte{0}}, Encoded(10, std::byte{0xFF}), Encoded(11, std::byte{0x80}), Encoded{std::byte{0x80}}}) {
+  for (const std::vector<std::byte>& bad : {Encoded{std::byte{0x80}, std::byte{0}}, Encoded(10, std::byte{0xFF}),
+                                            Encoded(11, std::byte{0x80}), Encoded{std::byte{0x80}}}) {
     WireReader reader(bad);
     reader.varint();
     EXPECT_FALSE(reader.ok());

@@ -5,7 +5,9 @@
 namespace fanstream {
 namespace {
 
-std::shared_ptr<SyntheticSource> make_source(SyntheticShape shape = {}) { return std::make_shared<SyntheticSource>(shape); }
+std::shared_ptr<SyntheticSource> make_source(SyntheticShape shape = {}) {
+  return std::make_shared<SyntheticSource>(shape);
+}
 
 std::vector<CellRun> everything(const SegmentSource& source) { return {{0, source.cell_count(), kAllSegments}}; }
 
@@ -80,7 +82,8 @@ TEST(Session, AReplacedListSendsNothingMoreThatTheTransportHadNotTaken) {
     pair.run();
     // Of the old list at most the one segment of which bytes were under way.
     std::size_t old_list = 0;
-    for (std::size_t i = before; i < pair.arrived_cells.size(); ++i) old_list += pair.arrived_cells[i].cell < 100 ? 1 : 0;
+    for (std::size_t i = before; i < pair.arrived_cells.size(); ++i)
+      old_list += pair.arrived_cells[i].cell < 100 ? 1 : 0;
     EXPECT_LE(old_list, 1U);
     ASSERT_TRUE(pair.last<event::WantsServed>());
     EXPECT_EQ(pair.last<event::WantsServed>()->epoch, 2U);
@@ -235,7 +238,8 @@ TEST(Session, UnknownModelIsRefusedAndAnotherMayBeOpened) {
   pair.on_server_event = [&](const ServerEvent& event) {
     const auto* open = std::get_if<OpenRequested>(&event);
     ASSERT_TRUE(open);
-    open->model == "there" ? pair.server.open_ready(source) : pair.server.open_failed(ErrorCode::unknown_model, "no such");
+    open->model == "there" ? pair.server.open_ready(source)
+                           : pair.server.open_failed(ErrorCode::unknown_model, "no such");
   };
   pair.run();
   ASSERT_TRUE(pair.client.open("missing"));

@@ -120,7 +120,8 @@ TEST(StreamClient, AStallIsNamedWithWhatWasAwaited) {
 }
 
 TEST(StreamClient, LiesOfTheServerAreRefused) {
-  const auto data = [](FrameType type, std::vector<std::uint32_t> fields, std::size_t size, std::vector<std::byte>& out) {
+  const auto data = [](FrameType type, std::vector<std::uint32_t> fields, std::size_t size,
+                       std::vector<std::byte>& out) {
     const std::vector<std::byte> blob(size);
     const DataFrameHeader header(type, fields, blob);
     out.insert(out.end(), header.bytes().begin(), header.bytes().end());
@@ -131,9 +132,11 @@ TEST(StreamClient, LiesOfTheServerAreRefused) {
   model.head_size_bytes = 100;
   using Script = std::vector<std::byte>;
   const std::vector<std::function<void(Script&)>> lies = {
-      [&](Script& s) { data(FrameType::head_data, {0}, 101, s); },                                      // more than announced
-      [&](Script& s) { data(FrameType::head_data, {50}, 50, s); },                                      // a hole
-      [&](Script& s) { data(FrameType::head_data, {0}, 100, s), data(FrameType::segment, {0, 0}, 5, s); },  // unwanted
+      [&](Script& s) { data(FrameType::head_data, {0}, 101, s); },  // more than announced
+      [&](Script& s) { data(FrameType::head_data, {50}, 50, s); },  // a hole
+      [&](Script& s) {
+        data(FrameType::head_data, {0}, 100, s), data(FrameType::segment, {0, 0}, 5, s);
+      },  // unwanted
       [&](Script& s) { encode(WantsDone{4}, s); },
       [&](Script& s) { encode(Opened{}, s); },
       [&](Script& s) { encode(Welcome{}, s); },

@@ -283,9 +283,7 @@ TEST_F(StreamServerTest, AFloodOfWantsIsServedByItsLastList) {
   encode(Open{"model", {}}, request);
   for (std::uint32_t epoch = 1; epoch <= 50'000; ++epoch) encode(Wants{epoch, everything()}, request);
   RawSocket socket = RawSocket::connect(server->port());
-  std::thread sender([&] {
-    socket.send(request);
-  });
+  std::thread sender([&] { socket.send(request); });
   FrameReader reader(Receiver::client);
   std::uint64_t segments = 0;
   std::uint32_t served = 0;

@@ -1,4 +1,4 @@
-#include "client/support/atomic_file.h"
+#include "common/support/atomic_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -23,7 +23,7 @@ Result<void> io_failure(const std::filesystem::path& path, int error) {
 }
 
 // 0, or errno.
-int write_all(int file, std::span<const std::uint8_t> bytes) {
+int write_all(int file, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(file, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
@@ -34,14 +34,24 @@ int write_all(int file, std::span<const std::uint8_t> bytes) {
 }
 
 // Closes in any case; 0, or the errno of the first failure.
-int write_and_close(int file, std::span<const std::uint8_t> bytes, bool flush) {
+int write_and_close(int file, std::span<const std::byte> bytes, bool flush) {
   int error = write_all(file, bytes);
   if (error == 0 && flush && ::fsync(file) != 0) error = errno;
   if (::close(file) != 0 && error == 0) error = errno;
   return error;
 }
 
-Result<void> write_in_place(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
+// The rename itself must survive a crash. Some file systems cannot flush a folder: no reason to fail.
+int flush_folder_of(const std::filesystem::path& file) {
+  const std::filesystem::path parent = file.has_parent_path() ? file.parent_path() : ".";
+  const int folder = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return errno == EACCES ? 0 : errno;  // a folder may be writable and not readable
+  const int error = ::fsync(folder) != 0 && errno != EINVAL && errno != EROFS ? errno : 0;
+  ::close(folder);
+  return error;
+}
+
+Result<void> write_in_place(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
   if (file < 0) return io_failure(path, errno);
   const int error = write_and_close(file, bytes, false);
@@ -50,7 +60,7 @@ Result<void> write_in_place(const std::filesystem::path& path, std::span<const s
 
 }  // namespace
 
-Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
+Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   struct stat status {};
   const bool exists = ::stat(path.c_str(), &status) == 0;
   if (exists && S_ISDIR(status.st_mode)) return io_failure(path, EISDIR);
@@ -70,7 +80,12 @@ Result<void> write_file_atomically(const std::filesystem::path& path, std::span<
     ::unlink(temporary.c_str());
     return io_failure(path, error);
   }
+  if (const int flushed = flush_folder_of(target); flushed != 0) return io_failure(path, flushed);
   return {};
+}
+
+Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
+  return write_file_atomically(path, std::as_bytes(bytes));
 }
 
 }  // namespace fanstream

@@ -1,0 +1,159 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <set>
+
+#include "common/grid/position_grid.h"
+#include "common/support/atomic_file.h"
+#include "common/support/progress_bar.h"
+#include "server/commands/commands.h"
+#include "server/commands/output.h"
+#include "server/store/model_build.h"
+
+namespace fanstream {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct BuildArguments {
+  std::vector<std::string> inputs;
+  std::string output;
+  std::optional<int> position_bits;
+  bool json = false;
+};
+
+// Where each input's asset goes. Into a folder if the output is one, ends in a slash, or is for several inputs.
+Result<std::vector<fs::path>> output_paths(const BuildArguments& arguments) {
+  const fs::path output(arguments.output);
+  std::error_code error;
+  const bool exists_as_folder = fs::is_directory(output, error);
+  if (!exists_as_folder && arguments.inputs.size() == 1 && output.has_filename()) return std::vector<fs::path>{output};
+  if (!exists_as_folder && fs::exists(output, error)) {
+    return fail(ErrorKind::usage, output.string() + ": is a file; several assets need a folder (-o DIR)");
+  }
+  fs::create_directories(output, error);
+  if (error) return fail(ErrorKind::io, output.string() + ": cannot make this folder: " + error.message());
+  std::vector<fs::path> paths;
+  std::set<fs::path> taken;
+  for (const std::string& input : arguments.inputs) {
+    paths.push_back(output / (fs::path(input).stem().string() + ".fan"));
+    if (!taken.insert(paths.back()).second) {
+      return fail(ErrorKind::usage,
+                  input + ": another input would also become " + paths.back().string() + "; build it by itself");
+    }
+  }
+  return paths;
+}
+
+struct OneBuild {
+  BuildReport report;
+  RepairReport repairs;
+  Digest digest{};
+  double seconds = 0;
+};
+
+Result<OneBuild> build_one(const std::string& input, const fs::path& output, const BuildArguments& arguments) {
+  std::error_code error;
+  if (fs::equivalent(input, output, error)) {
+    return fail(ErrorKind::usage, input + ": is the output too; the model would be lost. Choose another -o");
+  }
+  const auto start = std::chrono::steady_clock::now();
+  ProgressBar bar(fs::path(input).filename().string());
+  BuildOptions options;
+  options.position_bits = arguments.position_bits;
+  options.progress = [&](std::string_view stage, double fraction) {
+    bar.update(stage, overall_fraction(stage, fraction));
+  };
+  Result<ModelBuild> built = build_model(input, options);
+  bar.finish();
+  if (!built) return tl::unexpected(built.error());
+  for (const std::string& warning : built->warnings) fmt::print(stderr, "fanstream-server: note: {}\n", warning);
+  const std::span<const std::byte> bytes(built->asset.bytes);
+  if (Result<void> written = write_file_atomically(output, bytes); !written) return tl::unexpected(written.error());
+  Result<AssetPreamble> preamble = read_preamble(bytes, output.string());
+  if (!preamble) return tl::unexpected(preamble.error());
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  return OneBuild{built->asset.report, built->repairs, preamble->digest, seconds.count()};
+}
+
+Json json_of(const OneBuild& build, const std::string& input, const fs::path& output) {
+  Json json = {{"input", input}, {"output", output.string()}, {"digest", text_of(build.digest)}};
+  json.update(fanstream::json_of(build.report));
+  Json repairs = Json::object();
+  for (const auto& [name, count] : named_counts(build.repairs)) repairs[name] = count;
+  json["repairs"] = repairs;
+  json["build_seconds"] = build.seconds;
+  json["peak_memory_bytes"] = peak_memory_bytes();
+  return json;
+}
+
+void print_text(const OneBuild& build, const std::string& input, const fs::path& output) {
+  fmt::print("{} -> {}\n{}", input, output.string(), summary_of(build.report, build.digest));
+  std::string repairs;
+  for (const auto& [name, count] : named_counts(build.repairs)) {
+    if (count == 0) continue;
+    std::string words = name;
+    std::replace(words.begin(), words.end(), '_', ' ');
+    const std::string item = fmt::format("{} {}", grouped(count), words);
+    const std::size_t line = repairs.size() - (repairs.rfind('\n') + 1);
+    repairs += repairs.empty() ? "" : line + item.size() > 64 ? ",\n           " : ", ";
+    repairs += item;
+  }
+  fmt::print("  repairs  {}\n", repairs.empty() ? "none" : repairs);
+  fmt::print("  built in {:.2f} s, {:.3f} million triangles/s, at most {} MB of memory\n", build.seconds,
+             build.report.triangles * 1e-6 / build.seconds, peak_memory_bytes() / 1'000'000);
+}
+
+// One bad input does not keep the others from being built; the exit code is that of the first failure.
+int run(const BuildArguments& arguments) {
+  const Result<std::vector<fs::path>> outputs = output_paths(arguments);
+  if (!outputs) return report_error(outputs.error());
+  int exit = 0;
+  Json all = Json::array();
+  for (std::size_t i = 0; i < arguments.inputs.size(); ++i) {
+    const std::string& input = arguments.inputs[i];
+    const fs::path& output = (*outputs)[i];
+    const Result<OneBuild> built = build_one(input, output, arguments);
+    if (!built) {
+      const int code = report_error(built.error());
+      if (exit == 0) exit = code;
+      continue;
+    }
+    if (arguments.json) {
+      all.push_back(json_of(*built, input, output));
+    } else {
+      print_text(*built, input, output);
+    }
+  }
+  int printed = 0;
+  if (!arguments.json) {
+    printed = flush_output();
+  } else if (arguments.inputs.size() > 1 || !all.empty()) {
+    printed = print_json(arguments.inputs.size() == 1 ? all[0] : all);
+  }
+  return exit != 0 ? exit : printed;
+}
+
+}  // namespace
+
+Command add_build_command(CLI::App& app) {
+  CLI::App* build = app.add_subcommand("build", "Turns models into assets");
+  auto arguments = std::make_shared<BuildArguments>();
+  build->add_option("INPUT", arguments->inputs, "glTF, GLB, OBJ, PLY, STL or OFF files")->required();
+  build->add_option("-o,--output", arguments->output, "Asset file, or the folder for NAME.fan of each input")
+      ->required();
+  build
+      ->add_option(
+          "--position-bits", arguments->position_bits,
+          "Bits of the grid along the model's longest side; default: an eighth of the mean edge, within 10..16")
+      ->check(CLI::Range(kLeastPositionBits, kMostPositionBits));
+  build->add_flag("--json", arguments->json, "Print the report as JSON: an object, or for several inputs an array");
+  build->footer(
+      "Examples:\n"
+      "  fanstream-server build bunny.ply -o bunny.fan\n"
+      "  fanstream-server build scans/*.ply -o assets/ --position-bits 14 --json");
+  return {build, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace fanstream
