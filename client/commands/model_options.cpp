@@ -65,9 +65,9 @@ void add_source_arguments(CLI::App& command, SourceArguments& arguments, const s
 void add_level_arguments(CLI::App& command, LevelArguments& arguments) {
   auto* vertices =
       command.add_option("--vertices", arguments.goal.vertices, "Stop at the level of at least so many vertices")
-          ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40U));
+          ->check(CLI::PositiveNumber);
   command.add_option("--bytes", arguments.goal.bytes, "Stop before more bytes than this are received")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 50U))
+      ->check(CLI::PositiveNumber)
       ->excludes(vertices);
   command.add_flag("--keep-partial", arguments.keep_partial, "Write what came also if the transfer breaks off");
 }
@@ -81,9 +81,9 @@ std::string level_text(const FetchGoal& goal, const FetchReport& report) {
                        grouped(report.vertices), which);
   }
   if (!goal.bytes) return {};
-  const char* which = report.complete                        ? "the whole model fits"
-                      : report.bytes.received <= *goal.bytes ? "the finest level that fits"
-                                                             : "the coarsest level needs more";
+  const char* which = report.complete           ? "the whole model fits"
+                      : report.bytes.index == 0 ? "FM0, the coarsest level"
+                                                : "the finest level that fits";
   return fmt::format("level       asked for {} bytes, got {}: {}\n", grouped(*goal.bytes),
                      grouped(report.bytes.received), which);
 }
