@@ -15,6 +15,7 @@ int run_fetch(const SourceArguments& arguments, const LevelArguments& level) {
   const Result<LoadedModel> loaded = load_model(arguments.source, level);
   if (!loaded) return report_error(loaded.error());
   const TriangleMesh mesh = loaded->fetch->mesh().triangle_mesh();
+  if (const auto going = go_on(); !going && !loaded->broken) return report_error(going.error());
   if (const auto written = export_mesh(arguments.output, mesh.positions, mesh.triangles); !written) {
     return report_error(written.error());
   }

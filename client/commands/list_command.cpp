@@ -11,7 +11,7 @@ namespace fanstream {
 namespace {
 
 Json json_of(const CatalogueEntry& entry) {
-  Json json = {{"model", entry.name}};
+  Json json = {{"name", entry.name}};
   switch (entry.state) {
     case ModelState::ready:
       json.update({{"state", "ready"},

@@ -56,6 +56,11 @@ void catch_stop_signals() {
   std::signal(SIGTERM, request_stop);
 }
 
+Result<void> go_on() {
+  if (stop_flag()) return fail(ErrorKind::interrupted, "stopped by the user; nothing was written");
+  return {};
+}
+
 void add_source_arguments(CLI::App& command, SourceArguments& arguments, const std::string& output_help) {
   command.add_option("source", arguments.source, "HOST:PORT/MODEL, or an asset file")->required();
   command.add_option("-o,--output", arguments.output, output_help)->required();

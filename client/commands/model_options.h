@@ -18,6 +18,8 @@ class ProgressBar;
 // Set by SIGINT and SIGTERM from catch_stop_signals() on.
 std::atomic<bool>& stop_flag();
 void catch_stop_signals();
+// Fails (interrupted) once a signal has come: asked before every step that takes long, and before writing.
+Result<void> go_on();
 
 struct SourceArguments {
   std::string source;

@@ -29,12 +29,14 @@ int run_render(Arguments& arguments) {
   if (!camera) return report_error(camera.error());
   const Result<FanMesh> fans = make_fan_mesh(mesh);
   if (!fans) return report_error(with_context(fans.error(), arguments.source.source));
+  if (const auto going = go_on(); !going && !loaded->broken) return report_error(going.error());
   Result<OffscreenRenderer> renderer = OffscreenRenderer::create(arguments.camera.width, arguments.camera.height);
   if (!renderer) return report_error(renderer.error());
   RenderOptions options;
   options.draw = arguments.draw == "fans" ? DrawMode::fans : DrawMode::triangles;
   const Result<Image> image = renderer->render(*fans, *camera, options);
   if (!image) return report_error(image.error());
+  if (const auto going = go_on(); !going && !loaded->broken) return report_error(going.error());
   if (const auto written = write_png(*image, output); !written) return report_error(written.error());
 
   const FetchReport report = loaded->fetch->report();

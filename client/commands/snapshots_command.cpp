@@ -44,6 +44,7 @@ Result<std::vector<Snapshot>> take_snapshots(ModelFetch& fetch, unsigned levels,
       goal.vertices = static_cast<std::uint64_t>(std::lround(base * std::pow(full / base, i / (levels - 1.0))));
     if (const Result<void> advanced = fetch.advance(goal); !advanced) return tl::unexpected(advanced.error());
     if (!snapshots.empty() && snapshots.back().statistics.vertices == fetch.mesh().vertex_count()) continue;
+    if (const Result<void> going = go_on(); !going) return tl::unexpected(going.error());
     mesh = fetch.mesh().triangle_mesh();
     Result<Snapshot> snapshot = take_snapshot(fetch, mesh);
     if (!snapshot) return tl::unexpected(snapshot.error());
@@ -76,6 +77,7 @@ Result<Image> draw_sheet(const std::vector<Snapshot>& snapshots, const CameraArg
   if (!renderer) return tl::unexpected(renderer.error());
   std::vector<ContactSheetEntry> entries;
   for (const Snapshot& snapshot : snapshots) {
+    if (const Result<void> going = go_on(); !going) return tl::unexpected(going.error());
     Result<Image> image = renderer->render(snapshot.fans, camera);
     if (!image) return tl::unexpected(image.error());
     entries.push_back({std::move(*image), caption(snapshot, snapshots.back())});

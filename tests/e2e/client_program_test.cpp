@@ -81,6 +81,7 @@ TEST_F(ClientProgram, ListShowsEveryStateOfAModel) {
   }
   const nlohmann::json json = run_json({"list", server.address()});
   ASSERT_EQ(json["models"].size(), 3U);
+  EXPECT_EQ(json["models"][0]["name"], "slow");
   EXPECT_EQ(json["models"][0]["state"], "building");
   EXPECT_EQ(json["models"][1]["digest"], text_of(asset()->digest()));
   EXPECT_EQ(json["models"][2]["reason"], "no triangles");

@@ -130,7 +130,9 @@ TEST(ModelFetch, BytesAreABoundOnWhatIsReceivedAndMoreBytesGiveMore) {
       std::string why;
       EXPECT_TRUE(is_oriented_manifold(fetch->mesh().triangle_mesh(), &why)) << why;
       vertices = report.vertices;
-      if (!report.complete) EXPECT_GT(report.bytes.received + 2'000, bytes) << "most of what was allowed is used";
+      if (!report.complete) {
+        EXPECT_GT(report.bytes.received + 2'000, bytes) << "most of what was allowed is used";
+      }
     }
     EXPECT_EQ(vertices, terrain().mesh.positions.size());
   }
@@ -167,7 +169,9 @@ TEST(ModelFetch, AServerGoneMidStreamLeavesAMeshAndSaysHowMuchCame) {
     EXPECT_FALSE(fetch->report().complete);
     std::string why;
     EXPECT_TRUE(is_oriented_manifold(fetch->mesh().triangle_mesh(), &why)) << why;
-    if (cut >= all / 2) EXPECT_GT(fetch->mesh().vertex_count(), terrain().asset->asset_head()->base.places.size());
+    if (cut >= all / 2) {
+      EXPECT_GT(fetch->mesh().vertex_count(), terrain().asset->asset_head()->base.places.size());
+    }
     EXPECT_FALSE(fetch->advance({})) << "it is over";
   }
 }
