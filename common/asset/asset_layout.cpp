@@ -6,6 +6,7 @@
 #include <xxhash.h>
 
 #include "common/coding/base_coder.h"
+#include "common/coding/residual_tables.h"
 
 namespace fanstream {
 namespace {
@@ -19,10 +20,6 @@ double error_from_code(std::uint8_t code, double step) { return code == 0 ? 0.0 
 std::uint8_t code_of_error(double error, double step) {
   if (!(error > 0.0)) return 0;
   return static_cast<std::uint8_t>(std::clamp(std::ceil(8.0 * (std::log2(error / step) + 4.0)), 1.0, 255.0));
-}
-
-std::uint16_t segment_checksum(std::span<const std::byte> bytes) {
-  return static_cast<std::uint16_t>(XXH3_64bits(bytes.data(), bytes.size()));
 }
 
 Digest content_digest(std::span<const std::byte> behind_preamble) {
@@ -143,17 +140,84 @@ Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string&
   return head;
 }
 
-void write_index(const AssetIndex& index, const AssetHead& head, ByteWriter& out) {
-  for (const CellEntry& cell : index.cells) {
-    out.varint(cell.split_count);
-    if (cell.slab + 1 < head.slab_ends.size()) out.varint(cell.child_count);
-    for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
-      const SegmentEntry& segment = index.segments[cell.first_segment + s];
-      out.varint(segment.size_bytes);
-      if (segment.size_bytes == 0) continue;
-      out.u16(segment.checksum);
-      out.u8(segment.error_code);
+namespace {
+
+// Numbers of the cell table are coded as differences from what the cells before had, each kind with a running mean and spread
+// of its own. Written once for both directions.
+class RunningNumber {
+ public:
+  RunningNumber(float mean, float spread) : mean_(mean), spread_(spread) {}
+  template <class Coder>
+  std::int32_t code(Coder& coder, std::int32_t value) {
+    const std::int32_t coded = ResidualTables::instance().code(coder, mean_, spread_, value);
+    const float error = static_cast<float>(coded) - mean_;
+    mean_ += 0.125F * error;
+    spread_ += 0.125F * (1.3F * std::fabs(error) - spread_);
+    if (spread_ < 0.25F) spread_ = 0.25F;
+    return coded;
+  }
+
+ private:
+  float mean_;
+  float spread_;
+};
+
+// One slab's cells in order. `code(cell)` of a decoder fills the cell; false if a number is impossible.
+class CellTableCoder {
+ public:
+  CellTableCoder(const AssetHead& head, std::uint32_t slab)
+      : layers_(head.slab_ends[slab] - head.layer_begin(slab)),
+        parents_(slab + 1 < head.slab_ends.size()),
+        sizes_(layers_, RunningNumber(100.0F, 50.0F)),
+        errors_(layers_, RunningNumber(60.0F, 16.0F)) {}
+
+  template <class Coder>
+  bool code(Coder& coder, CellEntry& cell, std::span<SegmentEntry> segments) {
+    const std::int32_t splits = splits_.code(coder, static_cast<std::int32_t>(cell.split_count));
+    const std::int32_t children = parents_ ? children_.code(coder, static_cast<std::int32_t>(cell.child_count)) : 0;
+    if (splits < 0 || children < 0) return false;
+    cell.split_count = static_cast<std::uint32_t>(splits);
+    cell.child_count = static_cast<std::uint32_t>(children);
+    for (std::size_t s = 0; s < segments.size(); ++s) {
+      SegmentEntry& segment = segments[s];
+      const std::int32_t size = sizes_[s].code(coder, static_cast<std::int32_t>(segment.size_bytes / 2));
+      if (size < 0 || size > 0xFFFFFF) return false;
+      segment.size_bytes = 2 * static_cast<std::uint32_t>(size);
+      if (size == 0) continue;
+      const std::int32_t error = errors_[s].code(coder, segment.error_code);
+      if (error < 0 || error > 255) return false;
+      segment.error_code = static_cast<std::uint8_t>(error);
     }
+    return true;
+  }
+
+ private:
+  std::size_t layers_;
+  bool parents_;
+  RunningNumber splits_{80.0F, 30.0F};
+  RunningNumber children_{3.0F, 1.0F};
+  std::vector<RunningNumber> sizes_;
+  std::vector<RunningNumber> errors_;
+};
+
+}  // namespace
+
+void write_index(const AssetIndex& index, const AssetHead& head, ByteWriter& out) {
+  for (std::size_t first = 0; first < index.cells.size();) {
+    const std::uint32_t slab = index.cells[first].slab;
+    CellTableCoder coding(head, slab);
+    RansEncoder encoder;
+    std::size_t end = first;
+    for (; end < index.cells.size() && index.cells[end].slab == slab; ++end) {
+      CellEntry cell = index.cells[end];
+      std::vector<SegmentEntry> segments(index.segments.begin() + cell.first_segment,
+                                         index.segments.begin() + cell.first_segment + cell.segment_count);
+      coding.code(encoder, cell, segments);
+    }
+    const std::vector<std::byte> bytes = encoder.finish();
+    out.varint(bytes.size());
+    out.bytes(bytes);
+    first = end;
   }
 }
 
@@ -168,16 +232,16 @@ class IndexReader {
     std::uint64_t slab_cells = head_.root_cell_count;
     std::uint32_t slab_first = 0;
     for (std::uint32_t slab = 0; slab < head_.slab_ends.size(); ++slab) {
-      if (slab > 0) slab_cells = adopt_children(slab_first);
-      // Every cell takes at least two bytes.
-      if (slab_cells > in_.remaining()) return tl::unexpected(in_.error(name_, "more cells than bytes in the cell table"));
-      slab_first = static_cast<std::uint32_t>(index_.cells.size() - (slab > 0 ? slab_cells : 0));
-      if (slab == 0) index_.cells.resize(slab_cells);
-      for (std::uint32_t i = 0; i < slab_cells; ++i) {
-        if (Result<void> cell = read_cell(index_.cells[slab_first + i], slab); !cell) return tl::unexpected(cell.error());
-      }
+      if (slab > 0) slab_cells = count_children(slab_first);
+      // Every cell holds a vertex of its own.
+      if (slab_cells > head_.vertex_count) return tl::unexpected(in_.error(name_, "more cells than vertices"));
+      const auto first = static_cast<std::uint32_t>(index_.cells.size());
+      index_.cells.resize(first + slab_cells);
+      if (slab > 0) adopt_children(slab_first, first);
+      slab_first = first;
+      if (Result<void> cells = read_slab(slab, first); !cells) return tl::unexpected(cells.error());
     }
-    if (in_.remaining() != 0) return tl::unexpected(in_.error(name_, "bytes left over in the cell table"));
+    if (in_.remaining() != 0) return tl::unexpected(in_.error(name_, "bytes left over"));
     if (vertices_ + head_.base.places.size() != head_.vertex_count) {
       return fail(ErrorKind::bad_input, name_ + ": base vertices and splits do not add up to the vertex count");
     }
@@ -185,47 +249,40 @@ class IndexReader {
   }
 
  private:
-  // Appends the children of the slab that starts at `slab_first` and returns how many they are.
-  std::uint64_t adopt_children(std::uint32_t slab_first) {
-    const auto slab_end = static_cast<std::uint32_t>(index_.cells.size());
+  std::uint64_t count_children(std::uint32_t slab_first) const {
     std::uint64_t total = 0;
-    for (std::uint32_t p = slab_first; p < slab_end; ++p) total += index_.cells[p].child_count;
-    if (total > in_.remaining()) return total;
-    index_.cells.resize(slab_end + total);
-    std::uint32_t child = slab_end;
-    for (std::uint32_t p = slab_first; p < slab_end; ++p) {
-      index_.cells[p].first_child = child;
-      for (std::uint32_t i = 0; i < index_.cells[p].child_count; ++i) index_.cells[child++].parent = p;
-    }
+    for (std::size_t p = slab_first; p < index_.cells.size(); ++p) total += index_.cells[p].child_count;
     return total;
   }
 
-  Result<void> read_cell(CellEntry& cell, std::uint32_t slab) {
-    const std::uint64_t splits = in_.varint();
-    const std::uint64_t children = slab + 1 < head_.slab_ends.size() ? in_.varint() : 0;
-    if (in_.failed() || splits > head_.vertex_count || children > head_.vertex_count) {
-      return tl::unexpected(in_.error(name_, "impossible cell"));
+  void adopt_children(std::uint32_t parents_first, std::uint32_t parents_end) {
+    std::uint32_t child = parents_end;
+    for (std::uint32_t p = parents_first; p < parents_end; ++p) {
+      index_.cells[p].first_child = child;
+      for (std::uint32_t i = 0; i < index_.cells[p].child_count; ++i) index_.cells[child++].parent = p;
     }
-    cell.slab = slab;
-    cell.split_count = static_cast<std::uint32_t>(splits);
-    cell.child_count = static_cast<std::uint32_t>(children);
-    cell.first_vertex = static_cast<VertexId>(head_.base.places.size() + vertices_);
-    vertices_ += splits;
-    cell.first_segment = static_cast<std::uint32_t>(index_.segments.size());
-    cell.segment_count = head_.slab_ends[slab] - head_.layer_begin(slab);
-    if (vertices_ > head_.vertex_count) return tl::unexpected(in_.error(name_, "more splits than vertices"));
-    for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
-      SegmentEntry segment;
-      const std::uint64_t size = in_.varint();
-      if (size > 0xFFFFFFU) return tl::unexpected(in_.error(name_, "impossible segment size"));
-      segment.size_bytes = static_cast<std::uint32_t>(size);
-      if (size > 0) {
-        segment.checksum = in_.u16();
-        segment.error_code = in_.u8();
+  }
+
+  Result<void> read_slab(std::uint32_t slab, std::uint32_t first) {
+    const std::uint64_t size = in_.varint();
+    if (in_.failed() || size > in_.remaining()) return tl::unexpected(in_.error(name_, "cut short"));
+    RansDecoder decoder(in_.bytes(static_cast<std::size_t>(size)));
+    CellTableCoder coding(head_, slab);
+    const std::uint32_t layers = head_.slab_ends[slab] - head_.layer_begin(slab);
+    for (std::size_t c = first; c < index_.cells.size(); ++c) {
+      CellEntry& cell = index_.cells[c];
+      cell.slab = slab;
+      cell.first_segment = static_cast<std::uint32_t>(index_.segments.size());
+      cell.segment_count = layers;
+      index_.segments.resize(index_.segments.size() + layers);
+      const bool good = coding.code(decoder, cell, std::span(index_.segments).last(layers)) && !decoder.overran();
+      cell.first_vertex = static_cast<VertexId>(head_.base.places.size() + vertices_);
+      vertices_ += cell.split_count;
+      if (!good || vertices_ > head_.vertex_count || cell.child_count > head_.vertex_count) {
+        return fail(ErrorKind::bad_input, name_ + ": impossible numbers for cell " + std::to_string(c));
       }
-      index_.segments.push_back(segment);
     }
-    if (in_.failed()) return tl::unexpected(in_.error(name_, "cell table cut short"));
+    if (!decoder.finished_cleanly()) return tl::unexpected(in_.error(name_, "damaged before"));
     return {};
   }
 

@@ -34,13 +34,16 @@ FrequencyTable FrequencyTable::from_weights(std::span<const double> weights) {
 
 void FrequencyTable::set_starts(std::span<const std::uint32_t> frequencies) {
   symbols_ = static_cast<int>(frequencies.size());
-  search_.fill(static_cast<std::int16_t>(kTotal - 1));
   start_.fill(static_cast<std::uint16_t>(kTotal));
   std::uint32_t start = 0;
   for (std::size_t i = 0; i < frequencies.size(); ++i) {
     start_[i] = static_cast<std::uint16_t>(start);
-    search_[i] = static_cast<std::int16_t>(start);
     start += frequencies[i];
+  }
+  std::size_t symbol = 0;
+  for (std::size_t block = 0; block < first_of_block_.size(); ++block) {
+    while (start_[symbol + 1] <= block << kBlockBits) ++symbol;
+    first_of_block_[block] = static_cast<std::uint8_t>(symbol);
   }
 }
 

@@ -27,14 +27,11 @@ class FrequencyTable {
   std::uint16_t frequency(int symbol) const {
     return static_cast<std::uint16_t>(start_[static_cast<std::size_t>(symbol) + 1] - start_[static_cast<std::size_t>(symbol)]);
   }
-  // The symbol whose range holds `slot` < kTotal. Written for the vectoriser: all starts are compared at once.
+  // The symbol whose range holds `slot` < kTotal.
   int find(std::uint32_t slot) const {
-    const auto wanted = static_cast<std::int16_t>(slot < kTotal - 2 ? slot : kTotal - 2);
-    std::int16_t found = 0;
-    for (int i = 0; i < kMaxSymbols; ++i) {
-      found = static_cast<std::int16_t>(found + (search_[static_cast<std::size_t>(i)] <= wanted ? 1 : 0));
-    }
-    return found - 1;
+    std::size_t found = first_of_block_[slot >> kBlockBits];
+    while (start_[found + 1] <= slot) ++found;
+    return static_cast<int>(found);
   }
   // Bits that coding `symbol` costs.
   double cost_bits(int symbol) const;
@@ -44,8 +41,10 @@ class FrequencyTable {
   explicit FrequencyTable(NoInit /*tag*/) {}
   void set_starts(std::span<const std::uint32_t> frequencies);
 
-  alignas(64) std::array<std::int16_t, kMaxSymbols> search_{};  // starts, then 32767, which find() never looks for
+  static constexpr int kBlockBits = 9;
+
   std::array<std::uint16_t, kMaxSymbols + 1> start_{};
+  std::array<std::uint8_t, (kTotal >> kBlockBits)> first_of_block_{};  // the symbol at each block's first slot
   int symbols_ = 1;
 };
 

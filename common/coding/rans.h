@@ -17,6 +17,7 @@ namespace fanstream {
 // Collects the symbols of one segment; finish() writes them. Not thread safe.
 class RansEncoder {
  public:
+  static constexpr bool kDecodes = false;
   int symbol(const FrequencyTable& table, int value) {
     steps_.push_back({table.start(value), table.frequency(value)});
     return value;
@@ -43,6 +44,7 @@ class RansEncoder {
 // Reads what RansEncoder wrote. Safe on any bytes: past the end it reads zeros and remembers that it did.
 class RansDecoder {
  public:
+  static constexpr bool kDecodes = true;  // what is passed in as values does not matter and need not be computed
   RansDecoder() = default;
   explicit RansDecoder(std::span<const std::byte> bytes);
 

@@ -1,6 +1,7 @@
 #include "common/coding/residual_tables.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
 
 namespace fanstream {
@@ -55,10 +56,11 @@ ResidualTables::ResidualTables() {
 }
 
 ResidualTables::Choice ResidualTables::choose(float spread, float fraction) const {
-  int exponent = 0;
-  const float mantissa = std::frexp(spread, &exponent);  // spread = mantissa * 2^exponent, mantissa in [0.5, 1)
-  int step = (exponent - 1 - kLowest) * kSteps;
-  step += mantissa < 0.594603558F ? 0 : mantissa < 0.707106781F ? 1 : mantissa < 0.840896415F ? 2 : 3;
+  // The spread's exponent and the quarter of an octave it lies in, straight from its bits.
+  const auto bits = std::bit_cast<std::uint32_t>(spread);
+  const std::uint32_t mantissa = bits & 0x7FFFFFU;
+  int step = (static_cast<int>(bits >> 23U) - 127 - kLowest) * kSteps;
+  step += static_cast<int>(mantissa >= 0x1837F0U) + static_cast<int>(mantissa >= 0x3504F3U) + static_cast<int>(mantissa >= 0x5744FDU);
   if (!(step > 0)) step = 0;
   if (step < kSmall) return {&small_[static_cast<std::size_t>(step * 2 + (fraction < 0.25F ? 0 : 1))], 0};
   const int raw_bits = (step - kSmall) / kSteps + 1;

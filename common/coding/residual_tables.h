@@ -52,14 +52,18 @@ std::int32_t ResidualTables::code(Coder& coder, float mean, float spread, std::i
   }
   const bool mirrored = fraction < 0.0F;
   const Choice choice = choose(spread, mirrored ? -fraction : fraction);
-  const std::int32_t half = choice.raw_bits == 0 ? 0 : 1 << (choice.raw_bits - 1);
-  const std::int32_t error = (mirrored ? base - value : value - base) + half;
-  const std::int32_t high = error >> choice.raw_bits;
-  const auto low = static_cast<unsigned>(error - (high << choice.raw_bits));
+  const std::int32_t half = (1 << choice.raw_bits) >> 1;
+  std::int32_t high = 0;
+  unsigned low = 0;
+  if constexpr (!Coder::kDecodes) {
+    const std::int32_t error = (mirrored ? base - value : value - base) + half;
+    high = error >> choice.raw_bits;
+    low = static_cast<unsigned>(error - (high << choice.raw_bits));
+  }
   const bool escapes = high < -kCentre || high > kCentre;
   const int symbol = coder.symbol(*choice.table, escapes ? kEscape : high + kCentre);
   std::int32_t decoded_high = symbol - kCentre;
-  if (symbol == kEscape) {
+  if (symbol == kEscape) [[unlikely]] {
     const unsigned negative = coder.bits(1, high < 0 ? 1U : 0U);
     const unsigned excess = static_cast<unsigned>(high < 0 ? -high : high) - (kCentre + 1U);
     int length = 0;  // of excess + 1 in bits, less one

@@ -15,7 +15,7 @@ namespace fanstream {
 struct RingFeatures {
   bool middle = false;                        // the displacement itself is predicted, not the hidden centre's place
   std::uint32_t arc = 1;                      // ring steps on the hidden centre's side
-  std::array<glm::vec3, PredictionContexts::kFeatures> features{};
+  std::array<Float4, PredictionContexts::kFeatures> features{};
 };
 
 // Means of the spokes inside the hidden centre's arc, of the wings, inside the other arc, and at the ends of its own.
@@ -24,8 +24,8 @@ RingFeatures ring_features(const RingGeometry& ring, const FanSplit& split);
 
 // The predicted vector and the frame of its error, in grid steps.
 struct Prediction {
-  glm::vec3 mean{0.0F};
-  glm::vec3 along{0.0F};  // unit length, in the tangent plane
+  Float4 mean{};
+  Float4 along{};  // unit length, in the tangent plane
   float spread_along = 1.0F;
   float spread_across = 1.0F;
   float spread_normal = 1.0F;
@@ -35,13 +35,13 @@ Prediction predict(const SplitModel& model, const RingGeometry& ring, const Ring
 // The covariance of the error in code steps and what each axis, in coding order, expects of the next.
 struct AxisChain {
   std::array<int, 3> order{};           // the axis closest to the normal comes last
-  glm::vec3 mean{0.0F};                 // code steps, by axis
+  Float4 mean{};                        // code steps, by axis
   std::array<float, 3> spread{};        // by place in the order
   float second_from_first = 0.0F;       // regression on the errors before
   float third_from_first = 0.0F;
   float third_from_second = 0.0F;
 };
-AxisChain chain_axes(const Prediction& prediction, const glm::vec3& normal, const glm::vec3& unit);
+AxisChain chain_axes(const Prediction& prediction, Float4 normal, const glm::vec3& unit);
 
 namespace detail {
 
@@ -69,8 +69,9 @@ inline Opening opening_of(const RingGeometry& ring, std::uint32_t first, std::ui
 template <class Coder>
 void code_arc(Coder& coder, const SplitModel& model, const RingGeometry& ring, FanSplit& split) {
   const std::uint32_t size = ring.size();
-  Opening opening = detail::opening_of(ring, split.first, split.last);
+  Opening opening = Opening::closed;
   if (ring.is_open()) {
+    if constexpr (!Coder::kDecodes) opening = detail::opening_of(ring, split.first, split.last);
     const FrequencyTable& table = model.symbols[static_cast<std::size_t>(SymbolContexts::opening(size))];
     opening = static_cast<Opening>(coder.symbol(table, static_cast<int>(opening)));
   }
@@ -85,7 +86,8 @@ void code_arc(Coder& coder, const SplitModel& model, const RingGeometry& ring, F
     const FrequencyTable& table = model.symbols[static_cast<std::size_t>(SymbolContexts::rank(size, length))];
     std::uint32_t rank = 0;
     if (opening == Opening::closed) {
-      rank = std::min(detail::code_large(coder, table, ring.rank_of_first(length, first)), size - 1);
+      if constexpr (!Coder::kDecodes) rank = ring.rank_of_first(length, first);
+      rank = std::min(detail::code_large(coder, table, rank), size - 1);
       first = ring.first_of_rank(length, rank);
     } else {
       rank = std::min(detail::code_large(coder, table, (first + size - ring.gap()) % size), size - 1);

@@ -1,6 +1,7 @@
 #include "common/coding/split_model.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "common/coding/residual_tables.h"
@@ -27,10 +28,8 @@ int SymbolContexts::symbol_count(int table) {
 }
 
 int SpreadContexts::size_class(float size) {
-  int exponent = 0;
-  const float mantissa = std::frexp(size * size, &exponent);
-  (void)mantissa;
-  return std::clamp(exponent + 3, 0, kSizes - 1);
+  const auto bits = std::bit_cast<std::uint32_t>(size * size);
+  return std::clamp(static_cast<int>(bits >> 23U) - 127 + 4, 0, kSizes - 1);
 }
 
 int SpreadContexts::normal(float bend, float mean_length) {
@@ -123,11 +122,26 @@ Result<SplitStatistics> SplitStatistics::read(ByteReader& in) {
   return statistics;
 }
 
-SplitModel::SplitModel(const SplitStatistics& statistics) : weights(statistics.weights), spreads(statistics.spreads) {
+namespace {
+
+// 2^(eighths/8), exactly the same everywhere.
+float power_of_eighths(int eighths) {
+  static constexpr std::array<float, 8> kSteps = {1.0F,        1.09050773F, 1.18920712F, 1.29683955F,
+                                                  1.41421356F, 1.54221083F, 1.68179283F, 1.83400809F};
+  return std::ldexp(kSteps[static_cast<std::size_t>(eighths & 7)], eighths >> 3);
+}
+
+}  // namespace
+
+SplitModel::SplitModel(const SplitStatistics& statistics) {
   for (std::size_t t = 0; t < symbols.size(); ++t) {
     const auto count = static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t)));
     symbols[t] = table_of(std::span(statistics.symbols[t]).first(count));
   }
+  for (std::size_t c = 0; c < weights.size(); ++c) {
+    for (std::size_t f = 0; f < weights[c].size(); ++f) weights[c][f] = static_cast<float>(statistics.weights[c][f]) / 64.0F;
+  }
+  for (std::size_t i = 0; i < spreads.size(); ++i) spreads[i] = power_of_eighths(statistics.spreads[i]);
 }
 
 }  // namespace fanstream

@@ -87,8 +87,8 @@ FrequencyTable table_of(std::span<const std::uint8_t> coded_shares);
 // Ready to code with. Immutable once made; thread safe to read.
 struct SplitModel {
   std::array<FrequencyTable, SymbolContexts::kTables> symbols;
-  std::array<std::array<std::int8_t, PredictionContexts::kFeatures>, PredictionContexts::kClasses> weights{};
-  std::array<std::int8_t, SpreadContexts::kSpreads> spreads{};
+  std::array<std::array<float, PredictionContexts::kFeatures>, PredictionContexts::kClasses> weights{};
+  std::array<float, SpreadContexts::kSpreads> spreads{};  // grid steps; the middle's as a factor
 
   explicit SplitModel(const SplitStatistics& statistics = SplitStatistics::built_in());
 };

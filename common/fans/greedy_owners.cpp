@@ -1,9 +1,19 @@
 #include <algorithm>
+#include <bit>
 
 #include "common/fans/cover_search.h"
 
 namespace fanstream {
 namespace {
+
+// Stars of up to 7 free faces are told apart by number, larger ones by power of two: taking all in order of size would
+// visit the whole mesh once for each size, in cold memory, and the cover comes out no smaller for it.
+constexpr std::uint32_t kExactBuckets = 7;
+
+std::uint32_t bucket_of(std::uint32_t free_faces) {
+  if (free_faces <= kExactBuckets) return free_faces;
+  return kExactBuckets + static_cast<std::uint32_t>(std::bit_width(free_faces / (kExactBuckets + 1)));
+}
 
 // Vertices by their number of free faces. Entries go stale when a count falls; they are dropped when they surface.
 class FreeFaceQueue {
@@ -14,17 +24,15 @@ class FreeFaceQueue {
       free_[vertex] = static_cast<std::uint32_t>(stars.star(vertex).size());
       largest = std::max(largest, free_[vertex]);
     }
-    buckets_.resize(largest + 1);
-    for (VertexId vertex = static_cast<VertexId>(free_.size()); vertex-- > 0;)
-      buckets_[free_[vertex]].push_back(vertex);
+    buckets_.resize(bucket_of(largest) + 1);
+    for (VertexId vertex = static_cast<VertexId>(free_.size()); vertex-- > 0;) prefer(vertex);
   }
 
   void face_taken(VertexId vertex) { --free_[vertex]; }
-  std::uint32_t free_faces(VertexId vertex) const { return free_[vertex]; }
   // Puts the vertex in front of its equals.
-  void prefer(VertexId vertex) { buckets_[free_[vertex]].push_back(vertex); }
+  void prefer(VertexId vertex) { buckets_[bucket(vertex)].push_back(vertex); }
 
-  // The vertex with most free faces, or kNone when no face is free.
+  // The vertex in the highest bucket, or kNone when no face is free.
   VertexId pop() {
     while (buckets_.size() > 1) {
       std::vector<VertexId>& top = buckets_.back();
@@ -34,14 +42,15 @@ class FreeFaceQueue {
       }
       const VertexId vertex = top.back();
       top.pop_back();
-      const std::uint32_t count = free_[vertex];
-      if (count + 1 == buckets_.size()) return vertex;
-      if (count > 0) buckets_[count].push_back(vertex);
+      if (bucket(vertex) + 1 == buckets_.size()) return vertex;
+      if (free_[vertex] > 0) prefer(vertex);
     }
     return kNone;
   }
 
  private:
+  std::uint32_t bucket(VertexId vertex) const { return bucket_of(free_[vertex]); }
+
   std::vector<std::uint32_t> free_;
   std::vector<std::vector<VertexId>> buckets_;
 };

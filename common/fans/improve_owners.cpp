@@ -20,10 +20,26 @@ static_assert(kLargestTieStar * (kTiePreference + kTieNoise) < kJoin);
 
 // Who may own a face (v, a, b) of the star of v.
 enum Choice : std::uint8_t { kCenter, kNext, kPrevious, kChoices };
-// The state of a path along a closed star whose faces all belong to the centre so far: it may end up closing the fan.
-constexpr auto kAllCenter = static_cast<std::size_t>(kChoices);
-constexpr std::size_t kStates = kChoices + 1;
-using Scores = std::array<int, kStates>;
+constexpr std::size_t kLargestStar = 32;  // what the choices of a path have room for
+
+// The best choices for the faces of a star so far, two bits each, and what they gain.
+struct Path {
+  int score = kNever;
+  std::uint64_t choices = 0;
+};
+
+// Written so that compilers need no branch: which of two paths is better is anybody's guess.
+inline Path better(const Path& a, const Path& b) {
+  const bool first = a.score >= b.score;
+  return {first ? a.score : b.score, first ? a.choices : b.choices};
+}
+inline Path plus(const Path& path, int gain) { return {path.score + gain, path.choices}; }
+
+// The best paths that end in each choice. A path along a closed star whose faces all belong to the centre so far is
+// kept apart: it may end up closing the fan.
+struct Paths {
+  Path center, next, previous, all_center;
+};
 
 struct StarFace {
   FaceId face;
@@ -41,17 +57,15 @@ class StarSearch {
 
   void improve(VertexId center) {
     const std::size_t degree = stars_.star(center).size();
-    // The faces of a closed star of two lie back to back: each is the other's outside.
-    if (degree < 2 || (degree == 2 && stars_.closed(center))) return;
+    // The faces of a closed star of two lie back to back: each is the other's outside. A huge star is left to the stars
+    // of its ring, which hold all its faces too.
+    if (degree < 2 || degree > kLargestStar || (degree == 2 && stars_.closed(center))) return;
     gather(center);
-    if (stars_.closed(center)) {
-      choose_closed();
-    } else {
-      choose_open();
-    }
-    for (std::size_t i = 0; i < degree; ++i) {
-      const StarFace& face = star_[i];
-      const VertexId owner = best_[i] == kCenter ? center : best_[i] == kNext ? face.next : face.previous;
+    std::uint64_t choices = stars_.closed(center) ? best_of_closed() : best_of_open();
+    for (const StarFace& face : star_) {
+      const auto choice = static_cast<Choice>(choices & 3U);
+      choices >>= 2U;
+      const VertexId owner = choice == kCenter ? center : choice == kNext ? face.next : face.previous;
       owners_[face.face] = owner;
       ++owned_[owner];
     }
@@ -62,8 +76,6 @@ class StarSearch {
   void gather(VertexId center) {
     const std::span<const CornerId> star = stars_.star(center);
     star_.resize(star.size());
-    best_.resize(star.size());
-    from_.resize(star.size());
     for (std::size_t i = 0; i < star.size(); ++i) {
       const CornerId corner = star[i];
       StarFace& face = star_[i];
@@ -95,55 +107,45 @@ class StarSearch {
     }
   }
 
-  // Advances the best scores of the paths that end in each state by one face; remembers where they came from.
-  void advance(std::size_t i, Scores& score) {
+  // The paths with face i added.
+  void advance(std::size_t i, Paths& paths) const {
     const StarFace& face = star_[i];
-    std::uint8_t top = kCenter;
-    if (score[kNext] > score[top]) top = kNext;
-    if (score[kPrevious] > score[top]) top = kPrevious;
-    const std::uint8_t top_of_all = score[kAllCenter] > score[top] ? kAllCenter : top;
-    Scores after{score[top], score[top_of_all], score[top_of_all], score[kAllCenter] + kJoin};
-    from_[i] = {top, top_of_all, top_of_all, kAllCenter};
-    if (score[kCenter] + kJoin > after[kCenter]) {
-      after[kCenter] = score[kCenter] + kJoin;
-      from_[i][kCenter] = kCenter;
-    }
-    if (score[kPrevious] + face.join_before > after[kNext]) {
-      after[kNext] = score[kPrevious] + face.join_before;
-      from_[i][kNext] = kPrevious;
-    }
-    for (std::size_t choice = 0; choice < kChoices; ++choice) score[choice] = after[choice] + face.gain[choice];
-    score[kAllCenter] = after[kAllCenter] + face.gain[kCenter];
+    const Path top = better(paths.center, better(paths.next, paths.previous));
+    const Path top_of_all = better(top, paths.all_center);
+    paths.center = choose(i, kCenter, better(top, plus(paths.center, kJoin)));
+    paths.next = choose(i, kNext, better(top_of_all, plus(paths.previous, face.join_before)));
+    paths.previous = choose(i, kPrevious, top_of_all);
+    paths.all_center = choose(i, kCenter, plus(paths.all_center, kJoin));
   }
 
-  void trace_back(std::size_t last) {
-    for (std::size_t i = star_.size(); i-- > 0;) {
-      best_[i] = last == kAllCenter ? kCenter : static_cast<Choice>(last);
-      last = from_[i][last];
-    }
+  Path choose(std::size_t i, Choice choice, const Path& path) const {
+    return {path.score + star_[i].gain[choice], path.choices | std::uint64_t{choice} << (2 * i)};
   }
 
-  void choose_open() {
-    Scores score{star_[0].gain[kCenter], star_[0].gain[kNext], star_[0].gain[kPrevious], kNever};
-    for (std::size_t i = 1; i < star_.size(); ++i) advance(i, score);
-    trace_back(static_cast<std::size_t>(std::max_element(score.begin(), score.end()) - score.begin()));
+  std::uint64_t best_of_open() const {
+    Paths paths{choose(0, kCenter, {0, 0}), choose(0, kNext, {0, 0}), choose(0, kPrevious, {0, 0}), {}};
+    for (std::size_t i = 1; i < star_.size(); ++i) advance(i, paths);
+    return better(paths.center, better(paths.next, paths.previous)).choices;
   }
 
   // Around a closed star: once for each choice at the first face, which the last face then meets. A fan that closes
   // gains the last join and pays it for the closing.
-  void choose_closed() {
-    int best = kNever;
-    for (const Choice first : {kCenter, kNext, kPrevious}) {
-      Scores score{kNever, kNever, kNever, kNever};
-      score[first == kCenter ? kAllCenter : static_cast<std::size_t>(first)] = star_[0].gain[first];
-      for (std::size_t i = 1; i < star_.size(); ++i) advance(i, score);
-      if (first == kCenter) score[kCenter] += kJoin;
-      if (first == kNext) score[kPrevious] += star_[0].join_before;
-      const auto last = static_cast<std::size_t>(std::max_element(score.begin(), score.end()) - score.begin());
-      if (score[last] <= best) continue;
-      best = score[last];
-      trace_back(last);
+  std::uint64_t best_of_closed() const {
+    Paths from_center{{}, {}, {}, choose(0, kCenter, {0, 0})};
+    Paths from_next{{}, choose(0, kNext, {0, 0}), {}, {}};
+    Paths from_previous{{}, {}, choose(0, kPrevious, {0, 0}), {}};
+    for (std::size_t i = 1; i < star_.size(); ++i) {
+      advance(i, from_center);
+      advance(i, from_next);
+      advance(i, from_previous);
     }
+    from_center.center.score += kJoin;
+    from_next.previous.score += star_[0].join_before;
+    Path best = from_center.all_center;
+    for (const Paths& paths : {from_center, from_next, from_previous}) {
+      best = better(best, better(paths.center, better(paths.next, paths.previous)));
+    }
+    return best.choices;
   }
 
   std::uint32_t random() {
@@ -157,8 +159,6 @@ class StarSearch {
   FaceOwners& owners_;
   std::vector<std::uint32_t> owned_;  // faces owned by each vertex
   std::vector<StarFace> star_;
-  std::vector<Choice> best_;
-  std::vector<std::array<std::uint8_t, kStates>> from_;
   std::uint32_t state_ = 2463534242U;
 };
 

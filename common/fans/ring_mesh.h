@@ -63,7 +63,8 @@ class RingMesh {
     std::uint32_t offset = 0;
     std::uint32_t count = 0;
   };
-  static std::uint32_t size_class(std::uint32_t count) { return (count + 3) / 4; }
+  // Rings take room by fours, eight at least: most never outgrow that.
+  static std::uint32_t size_class(std::uint32_t count) { return count <= 8 ? 2 : (count + 3) / 4; }
   std::uint32_t allocate(std::uint32_t count);
   void release(std::uint32_t offset, std::uint32_t count);
   void resize_ring(VertexId v, std::uint32_t count);

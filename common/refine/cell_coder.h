@@ -73,9 +73,8 @@ Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint3
       const VertexId added = vertices.first_new + vertices.made++;
       // The ring is applied as stored, which may start elsewhere than the canonical one.
       const std::uint32_t size = coding.ring.size();
-      const std::uint32_t start = canonical_start(state.rings.ring(v));
-      split.first = (split.first + start) % size;
-      split.last = (split.last + start) % size;
+      split.first = (split.first + coding.ring.start()) % size;
+      split.last = (split.last + coding.ring.start()) % size;
       const VertexContext before = state.contexts[v];
       apply_split(state, vertices.cell, generation, split, added);
       source.made(split, before, added);

@@ -61,7 +61,8 @@ class Builder {
 
   MergeHistory run_simplify() const {
     SimplifyOptions simplify_options;
-    simplify_options.base_vertices = options_.base_vertices;
+    simplify_options.base_vertices =
+        options_.base_vertices.value_or(std::clamp(head_.vertex_count / 256U, 64U, 256U));
     simplify_options.edges_per_vertex = options_.edges_per_vertex;
     simplify_options.progress = [this](double fraction) { report("simplify", fraction); };
     return simplify(mesh_, simplify_options);
@@ -153,7 +154,6 @@ class Builder {
       for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
         SegmentEntry entry;
         entry.size_bytes = static_cast<std::uint32_t>(by_cell[c][s].size());
-        entry.checksum = segment_checksum(by_cell[c][s]);
         index_.segments.push_back(entry);
         auto& out = layer_segments_[head_.layer_begin(cell.slab) + s];
         out.insert(out.end(), by_cell[c][s].begin(), by_cell[c][s].end());

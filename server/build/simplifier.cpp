@@ -12,7 +12,8 @@ struct Candidate {
   double cost;
   VertexId a;
   VertexId b;
-  std::uint32_t stamp;  // sum of both ends' change counts when it was judged
+  std::uint32_t stamp;     // sum of both ends' change counts when it was judged
+  bool penalised = false;  // the cost includes what its coding takes
 };
 
 // Orders a heap with the cheapest on top; ties by number, so that every machine makes the same model.
@@ -61,7 +62,7 @@ class Simplifier {
   }
 
   Candidate judge(VertexId a, VertexId b) const {
-    return {cost_->propose(a, b, places_[a], places_[b]).cost, a, b, changes_[a] + changes_[b]};
+    return {cost_->propose(a, b, places_[a], places_[b]).cost, a, b, changes_[a] + changes_[b], false};
   }
 
   double gather(bool everything) {
@@ -147,6 +148,15 @@ class Simplifier {
     if (parent != ParentPosition::kept && !keeps_faces(root, removed, target, everything)) return;
     if (parent != ParentPosition::added && !keeps_faces(removed, root, target, everything)) return;
 
+    if (!best.penalised && !everything) {
+      Candidate again = best;
+      again.cost *= coding_penalty(root, removed, target);
+      again.penalised = true;
+      if (again.cost > best.cost) {
+        if (again.cost <= limit) push(again);
+        return;
+      }
+    }
     const RingMesh::Wings wings = rings_.wings(root, removed);
     history.merges.push_back({root, removed, wings.first, wings.last, parent, static_cast<float>(best.cost)});
     rings_.merge(root, removed);
@@ -158,10 +168,51 @@ class Simplifier {
     for (const VertexId w : rings_.ring(root)) {
       if (w == kOutside) continue;
       const Candidate next = judge(std::min(root, w), std::max(root, w));
-      if (next.cost > limit) continue;
-      heap_.push_back(next);
-      std::push_heap(heap_.begin(), heap_.end(), dearer);
+      if (next.cost <= limit) push(next);
     }
+  }
+
+  void push(const Candidate& candidate) {
+    heap_.push_back(candidate);
+    std::push_heap(heap_.begin(), heap_.end(), dearer);
+  }
+
+  // At least 1, more for merges that take many bits: those whose arc ranks low among the arcs of its length
+  // (RingGeometry::first_of_rank), and those whose hidden centre lies off the middle of its own ring.
+  double coding_penalty(VertexId root, VertexId removed, const glm::dvec3& target) {
+    const auto root_ring = rings_.ring(root);
+    const auto removed_ring = rings_.ring(removed);
+    const std::size_t at_root = rings_.position_in_ring(removed, root);
+    const std::size_t at_removed = rings_.position_in_ring(root, removed);
+    const std::size_t arc = removed_ring.size() - 2;  // ring steps from wing to wing
+    squares_.clear();                                 // of the merged ring's spokes, from the first wing on
+    glm::dvec3 middle = places_[root];
+    double neighbours = 1.0;
+    bool open = false;
+    const auto add = [&](VertexId v, bool of_removed) {
+      open |= v == kOutside;
+      const glm::dvec3 spoke = v == kOutside ? glm::dvec3(0.0) : places_[v] - target;
+      squares_.push_back(glm::dot(spoke, spoke));
+      if (!of_removed || v == kOutside) return;
+      middle += places_[v];
+      neighbours += 1.0;
+    };
+    for (std::size_t i = 1; i < removed_ring.size(); ++i) add(removed_ring[(at_root + i) % removed_ring.size()], true);
+    for (std::size_t i = 2; i + 1 < root_ring.size(); ++i) add(root_ring[(at_removed + i) % root_ring.size()], false);
+    const std::size_t size = squares_.size();
+    const auto reach = [&](std::size_t first) {
+      double sum = -0.4 * (squares_[first] + squares_[(first + arc) % size]);
+      for (std::size_t i = 1; i < arc; ++i) sum += squares_[(first + i) % size];
+      return sum;
+    };
+    int rank = 0;
+    const double own = reach(0);
+    for (std::size_t first = 1; first < size && !open; ++first) rank += reach(first) > own ? 1 : 0;
+    double mean_square = 0.0;
+    for (const double square : squares_) mean_square += square / static_cast<double>(size);
+    const glm::dvec3 off = places_[removed] - middle / neighbours;
+    const double off_middle = mean_square > 0.0 ? glm::dot(off, off) / mean_square : 0.0;
+    return 1.0 + options_.coding_weight * (0.3 * std::min(rank, 6) + off_middle);
   }
 
   const SimplifyOptions& options_;
@@ -172,6 +223,7 @@ class Simplifier {
   std::vector<std::uint32_t> changes_;
   std::vector<VertexId> live_;
   std::vector<Candidate> heap_;
+  std::vector<double> squares_;
   std::uint32_t alive_;
   std::uint32_t generation_ = 0;
 };

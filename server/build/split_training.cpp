@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/geometric.hpp>
 
 namespace fanstream {
 namespace {
@@ -16,10 +15,10 @@ struct LeastSquares {
   std::array<double, kFeatures> b{};
   double count = 0.0;
 
-  void add(const RingFeatures& f, const glm::vec3& target, double weight) {
+  void add(const RingFeatures& f, Float4 target, double weight) {
     for (std::size_t i = 0; i < kFeatures; ++i) {
-      for (std::size_t j = 0; j < kFeatures; ++j) a[i][j] += weight * glm::dot(f.features[i], f.features[j]);
-      b[i] += weight * glm::dot(f.features[i], target);
+      for (std::size_t j = 0; j < kFeatures; ++j) a[i][j] += weight * dot3(f.features[i], f.features[j]);
+      b[i] += weight * dot3(f.features[i], target);
     }
     count += 1.0;
   }
@@ -57,7 +56,7 @@ std::int8_t coded_spread(double mean_absolute) {
 void GeometryTraining::observe(const RingGeometry& ring, const FanSplit& split, const glm::vec3& unit) {
   if (seen_++ % stride_ != 0) return;
   const float sign = split.parent == ParentPosition::added ? -1.0F : 1.0F;
-  samples_.push_back({ring_features(ring, split), sign * glm::vec3(split.displacement) * unit, ring.normal(),
+  samples_.push_back({ring_features(ring, split), float4(sign * glm::vec3(split.displacement) * unit), ring.normal(),
                       ring.mean_length(), ring.bend(), ring.is_open()});
 }
 
@@ -90,15 +89,18 @@ void GeometryTraining::learn_spreads(SplitStatistics& statistics) const {
   std::array<Mean, SpreadContexts::kSpreads> means{};
   Mean middle_ratio;
   for (const Sample& s : samples_) {
-    glm::vec3 mean(0.0F);
-    const auto& weights = statistics.weights[static_cast<std::size_t>(PredictionContexts::index(s.features.middle, s.open, s.features.arc))];
-    for (std::size_t f = 0; f < kFeatures; ++f) mean += static_cast<float>(weights[f]) / 64.0F * s.features.features[f];
-    glm::vec3 along = mean - glm::dot(mean, s.normal) * s.normal;
-    const float length = std::sqrt(glm::dot(along, along));
-    if (length > 0.0F) along /= length;
-    const glm::vec3 error = s.target - mean;
+    Float4 mean{};
+    const int context = PredictionContexts::index(s.features.middle, s.open, s.features.arc);
+    const auto& weights = statistics.weights[static_cast<std::size_t>(context)];
+    for (std::size_t f = 0; f < kFeatures; ++f) {
+      mean += float4(static_cast<float>(weights[f]) / 64.0F) * s.features.features[f];
+    }
+    Float4 along = mean - float4(dot3(mean, s.normal)) * s.normal;
+    const float length = std::sqrt(dot3(along, along));
+    if (length > 0.0F) along /= float4(length);
+    const Float4 error = s.target - mean;
     const int size = SpreadContexts::size_class(s.mean_length);
-    const double tangential = std::fabs(glm::dot(error, along));
+    const double tangential = std::fabs(dot3(error, along));
     if (s.features.middle) {
       const double expected = std::exp2(statistics.spreads[static_cast<std::size_t>(SpreadContexts::kAlong + size)] / 8.0);
       middle_ratio.sum += 1.3085 * tangential / expected;
@@ -111,9 +113,9 @@ void GeometryTraining::learn_spreads(SplitStatistics& statistics) const {
     };
     if (length > 0.0F) {
       add(SpreadContexts::kAlong + size, tangential);
-      add(SpreadContexts::kAcross + size, std::fabs(glm::dot(error, glm::cross(s.normal, along))));
+      add(SpreadContexts::kAcross + size, std::fabs(dot3(error, rotate_axes(cross_rotated(s.normal, along)))));
     }
-    add(SpreadContexts::normal(s.bend, s.mean_length), std::fabs(glm::dot(error, s.normal)));
+    add(SpreadContexts::normal(s.bend, s.mean_length), std::fabs(dot3(error, s.normal)));
   }
   for (std::size_t i = 0; i < means.size(); ++i) {
     if (means[i].count >= kLeastSamples) statistics.spreads[i] = coded_spread(means[i].sum / means[i].count);

@@ -10,6 +10,7 @@ namespace fanstream {
 // A coder that counts symbols instead of writing them.
 class CountingCoder {
  public:
+  static constexpr bool kDecodes = false;
   explicit CountingCoder(const SplitModel& model) : model_(model), counts_(model.symbols.size()) {}
   int symbol(const FrequencyTable& table, int value) {
     const std::ptrdiff_t index = &table - model_.symbols.data();
@@ -40,8 +41,8 @@ class GeometryTraining {
   static constexpr std::size_t kMostSamples = 150'000;
   struct Sample {
     RingFeatures features;
-    glm::vec3 target;
-    glm::vec3 normal;
+    Float4 target;
+    Float4 normal;
     float mean_length;
     float bend;
     bool open;

@@ -123,6 +123,13 @@ class GltfReader {
     return node.mesh >= 0 && static_cast<std::size_t>(node.mesh) < model_.meshes.size();
   }
 
+  // Primitives may share accessors and nodes may share meshes, so the file's size alone does not bound the result.
+  bool exceeds_limits(std::size_t vertices, std::size_t triangles) const {
+    const std::size_t placed_limit = std::max(options_.max_placed_elements, file_.bytes().size());
+    return vertices > std::min(options_.max_vertices, placed_limit) ||
+           triangles > std::min(options_.max_triangles, placed_limit);
+  }
+
   struct Visit {
     int node;
     glm::dmat4 parent;
@@ -231,12 +238,11 @@ class GltfReader {
     TriangleMesh& mesh = result_.mesh;
     const std::size_t vertices = mesh.positions.size() + source.positions.size();
     const std::size_t triangles = mesh.triangles.size() + source.triangles.size();
-    const std::size_t placed_limit = std::max(options_.max_placed_elements, file_.bytes().size());
-    if (vertices > std::min(options_.max_vertices, placed_limit) ||
-        triangles > std::min(options_.max_triangles, placed_limit)) {
+    if (exceeds_limits(vertices, triangles)) {
       return fail_in(
           file_, ErrorKind::limit,
-          fmt::format("node {}: the scene grows to {} vertices and {} triangles, more than is allowed for this file",
+          fmt::format("node {}: the scene grows to {} vertices and {} triangles, more than is allowed for this "
+                      "file",
                       node_index, vertices, triangles));
     }
     const auto first = static_cast<VertexId>(mesh.positions.size());
@@ -271,8 +277,8 @@ class GltfReader {
       const bool draco = primitive.extensions.contains(std::string(kDraco));
       Result<void> done = draco ? add_draco(primitive, what, decoded) : add_plain(primitive, what, blocks, decoded);
       if (!done) return tl::unexpected(done.error());
-      if (decoded.triangles.size() > options_.max_triangles || decoded.positions.size() > options_.max_vertices) {
-        return fail_in(file_, ErrorKind::limit, what + ": more vertices or triangles than the limit");
+      if (exceeds_limits(decoded.positions.size(), decoded.triangles.size())) {
+        return fail_in(file_, ErrorKind::limit, what + ": more vertices or triangles than is allowed for this file");
       }
     }
     for (const double weight : mesh.weights) morphed_meshes_ += weight != 0 ? 1 : 0;

@@ -35,6 +35,7 @@ void Connection::start(bool refuse_as_full) {
   asio::dispatch(socket_.get_executor(), [self = shared_from_this(), refuse_as_full] {
     self->configure_socket();
     if (refuse_as_full) {
+      self->told_to_stop_ = true;  // counted as refused, not as failed
       self->session_.close(ErrorCode::server_full, "the server has as many clients as it takes; try again later");
     }
     self->arm_timer();
@@ -44,6 +45,7 @@ void Connection::start(bool refuse_as_full) {
 
 void Connection::shut_down() {
   asio::post(socket_.get_executor(), [self = shared_from_this()] {
+    self->told_to_stop_ = true;
     self->session_.close(ErrorCode::shutting_down, "the server is shutting down");
     self->pump();
   });
@@ -193,7 +195,7 @@ void Connection::discard_input() {
 void Connection::end() {
   if (ended_) return;
   ended_ = true;
-  if (session_.closing()) ++shared_.counters.sessions_failed;
+  if (session_.closing() && !told_to_stop_) ++shared_.counters.sessions_failed;
   asio::error_code ignored;
   timer_.cancel();
   socket_.close(ignored);

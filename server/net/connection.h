@@ -56,6 +56,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool reading_ = false;
   bool writing_ = false;
   bool lingering_ = false;
+  bool told_to_stop_ = false;
   bool ended_ = false;
   TimeMs linger_until_ms_ = 0;
 };

@@ -156,6 +156,7 @@ void StreamServer::Impl::stop() {
   io.stop();
   for (std::thread& thread : threads) thread.join();
   threads.clear();
+  shared.counters.sessions_open = 0;  // those that did not read the goodbye in time end with io
 }
 
 StreamServer::StreamServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -76,7 +76,7 @@ void add_options(const BuildOptions& options, Hasher& hasher) {
   hasher.add_number(kBuilderRevision);
   hasher.add_number(kAssetVersion);
   hasher.add_number(options.position_bits.value_or(0));
-  hasher.add_number(options.base_vertices);
+  hasher.add_number(options.base_vertices.value_or(0));
   hasher.add_number(options.cell_vertices);
   hasher.add_number(options.slab_growth);
   hasher.add_number(options.segment_splits);

@@ -86,7 +86,7 @@ TriangleMesh make_double_cone(std::uint32_t sides) {
   return mesh;
 }
 
-TriangleMesh make_random_sphere(std::uint32_t vertex_count, std::uint32_t seed) {
+TriangleMesh make_random_sphere(std::uint32_t vertex_count, std::uint32_t seed, std::uint32_t flips_per_face) {
   std::mt19937 random(seed);
   TriangleMesh mesh = make_tetrahedron();
   for (glm::dvec3& position : mesh.positions) position = glm::normalize(position);
@@ -99,7 +99,7 @@ TriangleMesh make_random_sphere(std::uint32_t vertex_count, std::uint32_t seed) 
     mesh.triangles.push_back({b, c, v});
     mesh.triangles.push_back({c, a, v});
   }
-  flip_random_edges(mesh, 6 * mesh.triangles.size(), random);
+  flip_random_edges(mesh, flips_per_face * mesh.triangles.size(), random);
   return mesh;
 }
 

@@ -17,8 +17,8 @@ TriangleMesh make_torus(std::uint32_t rows, std::uint32_t columns);
 TriangleMesh make_double_cone(std::uint32_t sides);
 
 // A sphere of `vertex_count` >= 4 vertices with valences from 3 to many: vertices inserted into random faces, then
-// random edge flips.
-TriangleMesh make_random_sphere(std::uint32_t vertex_count, std::uint32_t seed);
+// `flips_per_face` random edge flips a face. Without flips the valences are wild: half are 3, a few in the hundreds.
+TriangleMesh make_random_sphere(std::uint32_t vertex_count, std::uint32_t seed, std::uint32_t flips_per_face = 6);
 
 // Removes single faces and whole stars that share no vertex, at random: holes everywhere, yet still a manifold.
 TriangleMesh punch_holes(const TriangleMesh& mesh, std::uint32_t seed);

@@ -90,7 +90,7 @@ TEST(StreamClient, AServerThatEndsInTheMiddleOfAFrameIsNamedWithTheBytesReceived
   std::vector<std::byte> script;
   encode(Welcome{}, script);
   encode(Opened{}, script);
-  script.resize(script.size() - 5);
+  script = std::vector<std::byte>(script.begin(), script.end() - 5);
   const ScriptedServer server(script, true);
   auto client = StreamClient::connect(server.address());
   ASSERT_TRUE(client) << client.error().message;

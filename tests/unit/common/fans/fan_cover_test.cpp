@@ -106,6 +106,27 @@ std::size_t fewest_fans(const TriangleMesh& mesh) {
   return fewest;
 }
 
+TEST(FanCover, MakesTheMostOfAVertexOfHugeValence) {
+  // A hub of 300 faces inside seven rings; the vertices of all but the first and last ring have six.
+  constexpr std::uint32_t kSides = 300;
+  std::vector<Triangle> triangles;
+  const auto ring = [](std::uint32_t which, std::uint32_t i) { return 1 + which * kSides + i % kSides; };
+  for (std::uint32_t i = 0; i < kSides; ++i) {
+    triangles.push_back({0, ring(0, i), ring(0, i + 1)});
+    for (std::uint32_t which = 0; which < 6; ++which) {
+      triangles.push_back({ring(which, i), ring(which + 1, i), ring(which, i + 1)});
+      triangles.push_back({ring(which, i + 1), ring(which + 1, i), ring(which + 1, i + 1)});
+    }
+  }
+  const auto greedy = cover_with_fans(1 + 7 * kSides, triangles, CoverMethod::greedy);
+  ASSERT_TRUE(greedy);
+  EXPECT_EQ(greedy->fans[0].center, 0U);
+  EXPECT_TRUE(greedy->fans[0].closed);
+  const auto best = cover_with_fans(1 + 7 * kSides, triangles, CoverMethod::best);
+  ASSERT_TRUE(best);
+  EXPECT_LE(fan_statistics(1 + 7 * kSides, *best).issued_per_vertex(), 2.75);
+}
+
 TEST(FanCover, OfTinyMeshesIsAtMostOneFanAboveTheFewestPossible) {
   std::vector<Case> tiny = {{"tetrahedron", test::make_tetrahedron()}, {"octahedron", test::make_octahedron()}};
   for (std::uint32_t seed = 1; seed <= 8; ++seed) {

@@ -233,6 +233,16 @@ TEST(Gltf, ManyInstancesOfALargeMeshStopAtTheLimit) {
   EXPECT_EQ(import_glb(draft).triangles.size(), 401 * make_sphere(20, 20).triangles.size());
 }
 
+TEST(Gltf, ManyPrimitivesOfOneAccessorStopAtTheLimit) {
+  GltfDraft draft = gltf_draft(make_sphere(20, 20));
+  const json primitive = draft.json["meshes"][0]["primitives"][0];
+  for (int i = 0; i < 400; ++i) draft.json["meshes"][0]["primitives"].push_back(primitive);
+  ImportOptions options;
+  options.max_placed_elements = 100'000;
+  EXPECT_NE(error_of(draft, options).find("more vertices or triangles than is allowed for this file"),
+            std::string::npos);
+}
+
 TEST(Gltf, ExternalBuffersAreReadFromTheFolderOfTheFileOnly) {
   TemporaryFolder folder;
   const GltfDraft draft = gltf_draft(make_tetrahedron());
