@@ -50,6 +50,7 @@ class AssetFile final : public SegmentSource {
   AssetFile() = default;
   Result<void> read();
   Result<void> check_start() const;
+  bool believable(std::uint64_t vertices) const;
   Error damage() const;
 
   std::string name_;

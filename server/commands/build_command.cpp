@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <set>
 
@@ -51,6 +52,7 @@ struct OneBuild {
   RepairReport repairs;
   Digest digest{};
   double seconds = 0;
+  double cpu_seconds = 0;  // of all threads: what a busy machine does not change
 };
 
 Result<OneBuild> build_one(const std::string& input, const fs::path& output, const BuildArguments& arguments) {
@@ -59,6 +61,7 @@ Result<OneBuild> build_one(const std::string& input, const fs::path& output, con
     return fail(ErrorKind::usage, input + ": is the output too; the model would be lost. Choose another -o");
   }
   const auto start = std::chrono::steady_clock::now();
+  const std::clock_t cpu_start = std::clock();
   ProgressBar bar(fs::path(input).filename().string());
   BuildOptions options;
   options.position_bits = arguments.position_bits;
@@ -74,7 +77,8 @@ Result<OneBuild> build_one(const std::string& input, const fs::path& output, con
   Result<AssetPreamble> preamble = read_preamble(bytes, output.string());
   if (!preamble) return tl::unexpected(preamble.error());
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  return OneBuild{built->asset.report, built->repairs, preamble->digest, seconds.count()};
+  const double cpu_seconds = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
+  return OneBuild{built->asset.report, built->repairs, preamble->digest, seconds.count(), cpu_seconds};
 }
 
 Json json_of(const OneBuild& build, const std::string& input, const fs::path& output) {
@@ -84,6 +88,7 @@ Json json_of(const OneBuild& build, const std::string& input, const fs::path& ou
   for (const auto& [name, count] : named_counts(build.repairs)) repairs[name] = count;
   json["repairs"] = repairs;
   json["build_seconds"] = build.seconds;
+  json["cpu_seconds"] = build.cpu_seconds;
   json["peak_memory_bytes"] = peak_memory_bytes();
   return json;
 }

@@ -103,20 +103,19 @@ TEST(AssetFile, EveryFlippedByteIsFound) {
   }
 }
 
-TEST(AssetFile, DamagedSegmentIsNamed) {
-  std::vector<std::byte> bytes = small_asset();
+TEST(AssetFile, DamagedSectionIsNamed) {
+  const std::vector<std::byte> bytes = small_asset();
   const auto asset = AssetFile::from_memory(bytes, "x.fan");
   ASSERT_TRUE(asset.has_value());
-  const std::uint32_t cell = (*asset)->cell_count() - 1;
-  std::uint32_t segment = 0;
-  while ((*asset)->segment(cell, segment).empty()) ++segment;
-  const std::size_t place =
-      static_cast<std::size_t>((*asset)->segment(cell, segment).data() - (*asset)->bytes().data());
-  bytes[place] ^= std::byte{1};
-  const std::string message = error_of(bytes).message;
-  EXPECT_NE(message.find("cell " + std::to_string(cell) + " segment " + std::to_string(segment)), std::string::npos)
-      << message;
-  EXPECT_NE(message.find("bytes " + std::to_string(place)), std::string::npos) << message;
+  const std::size_t segments_begin = (*asset)->head().size() + (*asset)->index().size();
+  std::vector<std::byte> damaged = bytes;
+  damaged.back() ^= std::byte{1};
+  EXPECT_NE(error_of(damaged).message.find("in the segments, bytes " + std::to_string(segments_begin)),
+            std::string::npos);
+  damaged = bytes;
+  damaged[kPreambleBytes] = std::byte{0};  // the lowest bits of the vertex count
+  const std::string message = error_of(damaged).message;
+  EXPECT_NE(message.find("in the head"), std::string::npos) << message;
 }
 
 TEST(AssetFile, AnotherVersionIsSaidToBeOne) {
@@ -148,6 +147,25 @@ TEST(AssetFile, WhatIsNoAssetIsToldFromADamagedOne) {
   const auto device = AssetFile::open("/dev/null");
   ASSERT_FALSE(device.has_value());
   EXPECT_EQ(device.error().kind, ErrorKind::io);
+}
+
+// A small file must not make its reader take gigabytes.
+TEST(AssetFile, VertexCountOutOfProportionIsRefused) {
+  const auto asset = AssetFile::from_memory(small_asset(), "x.fan");
+  ASSERT_TRUE(asset.has_value());
+  AssetHead head = *(*asset)->asset_head();
+  head.vertex_count = kMostVertices;
+  ByteWriter body;
+  write_head(head, (*asset)->head().last(head.base_bytes), body);
+  AssetPreamble preamble = (*asset)->preamble();
+  preamble.head_bytes = kPreambleBytes + body.size();
+  body.bytes((*asset)->bytes().subspan((*asset)->head().size()));
+  preamble.digest = content_digest(body.view());
+  ByteWriter file;
+  write_preamble(preamble, file);
+  file.bytes(body.view());
+  const Error error = error_of(file.take());
+  EXPECT_EQ(error.kind, ErrorKind::limit) << error.message;
 }
 
 // Sections that are rewritten with a fitting digest, as an attacker would: errors, never a crash.
