@@ -176,7 +176,7 @@ void ProgressiveMesh::complete_cell(Cell& cell, const CellEntry& entry) {
   if (entry.child_count > 0) start_cells(vertices_of(cell), entry.first_child, entry.child_count, entry.slab + 1);
 }
 
-Result<std::uint64_t> ProgressiveMesh::refine() {
+Result<std::uint64_t> ProgressiveMesh::refine(std::uint32_t vertex_limit) {
   const std::uint64_t before = applied_;
   for (bool changed = true; changed && !failed_;) {
     changed = false;
@@ -184,7 +184,7 @@ Result<std::uint64_t> ProgressiveMesh::refine() {
       std::vector<std::uint32_t> cells;
       cells.swap(waiting_[generation]);
       for (std::size_t i = 0; i < cells.size(); ++i) {
-        if (!surroundings_ready(cells_[cells[i]], cells[i])) {
+        if (vertex_count_ >= vertex_limit || !surroundings_ready(cells_[cells[i]], cells[i])) {
           waiting_[generation].push_back(cells[i]);
           continue;
         }
