@@ -112,6 +112,7 @@ void add_outcomes(const std::vector<LoadOutcome>& outcomes, const ServerAddress&
     contents.insert(outcome.content_hash);
   }
   report.distinct_contents = static_cast<std::uint32_t>(contents.size());
+  if (!contents.empty()) report.content_hash = *contents.begin();
   report.connected_ms = spread_of(std::move(connected));
   report.head_ms = spread_of(std::move(head));
   report.complete_ms = spread_of(std::move(complete));

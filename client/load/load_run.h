@@ -48,6 +48,7 @@ struct LoadReport {
   std::uint32_t clients = 0;
   std::uint32_t complete = 0;
   std::uint32_t distinct_contents = 0;  // 1 if all that completed got the same bytes
+  std::uint64_t content_hash = 0;       // LoadOutcome::content_hash of one that completed
   std::uint64_t bytes = 0;
   std::uint64_t segments = 0;
   double seconds = 0;                             // from the first connect to the last client's end

@@ -22,6 +22,10 @@ std::uint8_t code_of_error(double error, double step) {
   return static_cast<std::uint8_t>(std::clamp(std::ceil(8.0 * (std::log2(error / step) + 4.0)), 1.0, 255.0));
 }
 
+std::uint16_t segment_checksum(std::span<const std::byte> bytes) {
+  return static_cast<std::uint16_t>(XXH3_64bits(bytes.data(), bytes.size()));
+}
+
 Digest content_digest(std::span<const std::byte> behind_preamble) {
   XXH128_canonical_t canonical;
   XXH128_canonicalFromHash(&canonical, XXH3_128bits(behind_preamble.data(), behind_preamble.size()));
@@ -184,6 +188,8 @@ class CellTableCoder {
       if (size < 0 || size > 0xFFFFFF) return false;
       segment.size_bytes = 2 * static_cast<std::uint32_t>(size);
       if (size == 0) continue;
+      const unsigned high = coder.bits(8, segment.checksum >> 8U);
+      segment.checksum = static_cast<std::uint16_t>(high << 8U | coder.bits(8, segment.checksum & 0xFFU));
       const std::int32_t error = errors_[s].code(coder, segment.error_code);
       if (error < 0 || error > 255) return false;
       segment.error_code = static_cast<std::uint8_t>(error);

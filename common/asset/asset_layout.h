@@ -49,7 +49,10 @@ struct AssetHead {
 struct SegmentEntry {
   std::uint64_t offset = 0;  // in the file; segments lie by layer, then by cell
   std::uint32_t size_bytes = 0;
-  std::uint8_t error_code = 0;  // see error_from_code: how far the cell may be off while it lacks this segment
+  std::uint16_t checksum = 0;  // low bits of XXH3-64
+  // How far the cell, without this segment, may be off the original; see error_from_code. Never less than for a finer
+  // segment of the cell or of its children.
+  std::uint8_t error_code = 0;
 };
 
 struct CellEntry {
@@ -71,6 +74,7 @@ struct AssetIndex {
 // Bounds are coded upwards in eighths of a binary logarithm of grid steps from 2^-4; code 0 is exactly 0.
 double error_from_code(std::uint8_t code, double step);
 std::uint8_t code_of_error(double error, double step);
+std::uint16_t segment_checksum(std::span<const std::byte> bytes);
 Digest content_digest(std::span<const std::byte> behind_preamble);
 
 // `data` is exactly the section; every count is checked before anything is allocated for it. Errors start with `name`.

@@ -82,6 +82,7 @@ Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32
                                           std::to_string(expected.size_bytes));
   }
   if (bytes.empty()) return {};
+  if (segment_checksum(bytes) != expected.checksum) return fail(ErrorKind::bad_input, where() + ": wrong checksum");
   Cell& cell = cells_[cell_number];
   if (cell.held[segment]) return {};
   cell.segments[segment].assign(bytes.begin(), bytes.end());

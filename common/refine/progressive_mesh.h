@@ -23,8 +23,8 @@ class ProgressiveMesh {
   void set_index(std::shared_ptr<const AssetIndex> index);
   bool has_index() const { return index_ != nullptr; }
 
-  // Takes a copy of a segment's bytes, in any order; a second copy is ignored. Fails if there is no such segment, or if its
-  // size is not the cell table's. Nothing is decoded yet; damage shows when it is (RansDecoder::finished_cleanly).
+  // Takes a copy of a segment's bytes, in any order; a second copy is ignored. Fails if there is no such segment, or if size or
+  // checksum differ from the cell table's. Nothing is decoded yet.
   Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
 
   // Decodes and applies all that can be, coarse to fine; returns how many splits that were. After an error the

@@ -62,7 +62,7 @@ class Builder {
   MergeHistory run_simplify() const {
     SimplifyOptions simplify_options;
     simplify_options.base_vertices =
-        options_.base_vertices.value_or(std::clamp(head_.vertex_count / 256U, 64U, 256U));
+        options_.base_vertices.value_or(std::clamp(head_.vertex_count / 256U, 48U, 256U));
     simplify_options.edges_per_vertex = options_.edges_per_vertex;
     simplify_options.progress = [this](double fraction) { report("simplify", fraction); };
     return simplify(mesh_, simplify_options);
@@ -128,24 +128,42 @@ class Builder {
     const SplitModel model(head_.statistics);
     CellGrower grower(head_, coded, base_numbers_, options_.cell_vertices);
     std::vector<RansEncoder> encoders;
-    std::vector<std::uint32_t> layer_splits;
     std::vector<std::vector<std::vector<std::byte>>> by_cell;  // [cell][layer of its slab]
-    std::vector<std::uint32_t> splits_before;
+    std::vector<std::vector<float>> deviations;  // likewise: the largest of its merges
+    std::vector<float> current;                  // by cell
+    // What rounding to the grid can add: half a step's diagonal, once for each halving besides.
+    const double rounding = 0.5 * std::sqrt(3.0) * head_.grid.step() * (1.0 + coded.history.middle_depth);
     Result<void> replayed = grower.replay(
         model,
         [&](std::uint32_t cell) -> RansEncoder& {
           if (cell >= encoders.size()) encoders.resize(cell + 1);
           return encoders[cell];
         },
-        [&](const RingGeometry&, const FanSplit&, const MergeRecord&) {},
+        [&](const RingGeometry&, const FanSplit& split, const MergeRecord& merge) {
+          const std::uint32_t cell = grower.state().cells[split.root];
+          if (cell >= current.size()) current.resize(cell + 1, 0.0F);
+          current[cell] = std::max(current[cell], merge.deviation);
+        },
         [&](std::uint32_t layer, std::uint32_t cell) {
           if (cell >= by_cell.size()) by_cell.resize(cell + 1);
+          if (cell >= deviations.size()) deviations.resize(cell + 1);
+          if (cell >= current.size()) current.resize(cell + 1, 0.0F);
+          deviations[cell].push_back(current[cell]);
+          current[cell] = 0.0F;
           std::vector<std::byte> bytes = encoders[cell].finish();
           by_cell[cell].push_back(std::move(bytes));
           if (layer + 1 == head_.layer_ends.size()) report("encode", 1.0);
         });
     if (!replayed) return replayed;
     index_.cells = grower.cells();
+    // Nothing finer may be further off than what it refines.
+    for (std::size_t c = deviations.size(); c-- > 0;) {
+      std::vector<float>& own = deviations[c];
+      for (std::uint32_t child = 0; child < index_.cells[c].child_count; ++child) {
+        own.back() = std::max(own.back(), deviations[index_.cells[c].first_child + child].front());
+      }
+      for (std::size_t s = own.size() - 1; s-- > 0;) own[s] = std::max(own[s], own[s + 1]);
+    }
     layer_segments_.resize(head_.layer_ends.size());
     for (std::uint32_t c = 0; c < index_.cells.size(); ++c) {
       CellEntry& cell = index_.cells[c];
@@ -154,6 +172,8 @@ class Builder {
       for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
         SegmentEntry entry;
         entry.size_bytes = static_cast<std::uint32_t>(by_cell[c][s].size());
+        entry.checksum = segment_checksum(by_cell[c][s]);
+        entry.error_code = code_of_error(deviations[c][s] + rounding, head_.grid.step());
         index_.segments.push_back(entry);
         auto& out = layer_segments_[head_.layer_begin(cell.slab) + s];
         out.insert(out.end(), by_cell[c][s].begin(), by_cell[c][s].end());

@@ -13,7 +13,7 @@ namespace fanstream {
 
 struct BuildOptions {
   std::optional<int> position_bits;  // default: PositionGrid::default_bits
-  // Merging stops here; a vertex of FM0 costs more bytes than a split. Default: a 256th of the model's, within 64..256.
+  // Merging stops here; a vertex of FM0 costs more bytes than a split. Default: a 256th of the model's, within 48..256.
   std::optional<std::uint32_t> base_vertices;
   // Vertices that a cell starts with. Smaller cells follow a view more closely and cost more bytes of table.
   std::uint32_t cell_vertices = 64;

@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "server/build/merge_deviation.h"
+
 namespace fanstream {
 namespace {
 
@@ -31,6 +33,8 @@ class Simplifier {
         cost_(make_quadric_cost(mesh, rings_)),
         patch_root_(mesh.positions.size(), 0),
         changes_(mesh.positions.size(), 0),
+        deviations_(mesh.positions.size(), 0.0F),
+        halvings_(mesh.positions.size(), 0),
         alive_(static_cast<std::uint32_t>(mesh.positions.size())) {
     live_.resize(alive_);
     for (VertexId v = 0; v < alive_; ++v) live_[v] = v;
@@ -158,7 +162,16 @@ class Simplifier {
       }
     }
     const RingMesh::Wings wings = rings_.wings(root, removed);
-    history.merges.push_back({root, removed, wings.first, wings.last, parent, static_cast<float>(best.cost)});
+    const double deviation = surroundings_deviation(root, removed) + merge_deviation(root, removed, target);
+    // Rounded up, so that it stays a bound.
+    const float bound = std::nextafter(static_cast<float>(deviation), std::numeric_limits<float>::infinity());
+    history.merges.push_back({root, removed, wings.first, wings.last, parent, static_cast<float>(best.cost), bound});
+    deviations_[root] = bound;
+    if (parent == ParentPosition::added) halvings_[root] = halvings_[removed];
+    if (parent == ParentPosition::middle) {
+      halvings_[root] = static_cast<std::uint8_t>(1 + std::max(halvings_[root], halvings_[removed]));
+      history.middle_depth = std::max<std::uint32_t>(history.middle_depth, halvings_[root]);
+    }
     rings_.merge(root, removed);
     cost_->merged(root, removed);
     places_[root] = target;
@@ -170,6 +183,33 @@ class Simplifier {
       const Candidate next = judge(std::min(root, w), std::max(root, w));
       if (next.cost <= limit) push(next);
     }
+  }
+
+  // The largest deviation of a face around either centre: each face has that of its worst corner.
+  double surroundings_deviation(VertexId root, VertexId removed) const {
+    float worst = std::max(deviations_[root], deviations_[removed]);
+    for (const VertexId centre : {root, removed}) {
+      for (const VertexId w : rings_.ring(centre)) {
+        if (w != kOutside) worst = std::max(worst, deviations_[w]);
+      }
+    }
+    return worst;
+  }
+
+  double merge_deviation(VertexId root, VertexId removed, const glm::dvec3& target) {
+    const auto root_ring = rings_.ring(root);
+    const auto removed_ring = rings_.ring(removed);
+    const std::size_t at_root = rings_.position_in_ring(removed, root);
+    const std::size_t at_removed = rings_.position_in_ring(root, removed);
+    merged_ring_.clear();
+    std::size_t gap = static_cast<std::size_t>(-1);
+    const auto add = [&](VertexId v) {
+      if (v == kOutside) gap = merged_ring_.size();
+      merged_ring_.push_back(v == kOutside ? target : places_[v]);
+    };
+    for (std::size_t i = 1; i < removed_ring.size(); ++i) add(removed_ring[(at_root + i) % removed_ring.size()]);
+    for (std::size_t i = 2; i + 1 < root_ring.size(); ++i) add(root_ring[(at_removed + i) % root_ring.size()]);
+    return deviation_.bound({merged_ring_, gap, removed_ring.size() - 2, places_[root], places_[removed], target});
   }
 
   void push(const Candidate& candidate) {
@@ -221,9 +261,13 @@ class Simplifier {
   std::unique_ptr<MergeCost> cost_;
   std::vector<std::uint32_t> patch_root_;  // the generation in which the vertex became a patch's root
   std::vector<std::uint32_t> changes_;
+  std::vector<float> deviations_;       // by vertex: how far the faces around it may be off
+  std::vector<std::uint8_t> halvings_;  // by vertex: MergeHistory::middle_depth
   std::vector<VertexId> live_;
   std::vector<Candidate> heap_;
   std::vector<double> squares_;
+  std::vector<glm::dvec3> merged_ring_;
+  MergeDeviation deviation_;
   std::uint32_t alive_;
   std::uint32_t generation_ = 0;
 };

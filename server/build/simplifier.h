@@ -33,6 +33,9 @@ struct MergeRecord {
   VertexId last = kOutside;
   ParentPosition parent = ParentPosition::kept;
   float cost = 0.0F;
+  // An upper bound of how far the surface around the merged centre is from the original, in the model's units; no smaller
+  // than that of any merge that went before it around there.
+  float deviation = 0.0F;
 };
 
 // Merges in the order they were made: finest generation first.
@@ -41,6 +44,7 @@ struct MergeHistory {
   std::vector<std::uint32_t> generation_begin;  // into merges; one more entry than generations
   RingMesh base;                                // what remains
   std::uint32_t base_vertices = 0;
+  std::uint32_t middle_depth = 0;  // how many halvings of an edge lie behind the place of any vertex, at most
 
   std::uint32_t generation_count() const { return static_cast<std::uint32_t>(generation_begin.size()) - 1; }
 };

@@ -92,6 +92,30 @@ std::string Table::text(std::size_t width) const {
   return out;
 }
 
+std::string Table::markdown() const {
+  const auto line = [&](auto&& cell_text) {
+    std::string text = "|";
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      text += ' ';
+      for (const char c : cell_text(i)) text += c == '|' ? std::string("\\|") : std::string(1, c);
+      text += " |";
+    }
+    return text + '\n';
+  };
+  if (columns_.empty()) return {};
+  std::string out =
+      line([&](std::size_t i) { return columns_[i].heading.empty() ? columns_[i].key : columns_[i].heading; });
+  out += line([&](std::size_t i) -> std::string {
+    const bool text = std::any_of(rows_.begin(), rows_.end(),
+                                  [&](const auto& row) { return std::holds_alternative<std::string>(row[i]); });
+    return text ? "---" : "---:";
+  });
+  for (const std::vector<Cell>& row : rows_) {
+    out += line([&](std::size_t i) { return printed(row[i], columns_[i].decimals); });
+  }
+  return out;
+}
+
 std::string Table::json() const {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (const std::vector<Cell>& row : rows_) {

@@ -29,6 +29,8 @@ class Table {
   // Text columns are left-aligned, numbers right-aligned. A table wider than `width` characters is continued below
   // itself with the first column repeated. Every line ends with a newline. A single column may be wider than `width`.
   std::string text(std::size_t width = 160) const;
+  // A Markdown table, columns aligned as in text(), however wide.
+  std::string markdown() const;
   // An array with one object per row, numbers in full precision.
   std::string json() const;
 

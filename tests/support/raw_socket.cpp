@@ -61,6 +61,14 @@ std::vector<std::byte> RawSocket::receive_some(std::size_t size_bytes) {
   return all;
 }
 
+std::vector<std::byte> RawSocket::receive_next() {
+  std::vector<std::byte> part(4096);
+  const ssize_t size = ::recv(descriptor_, part.data(), part.size(), 0);
+  if (size <= 0) ended_ = true;
+  part.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+  return part;
+}
+
 void RawSocket::half_close() { ::shutdown(descriptor_, SHUT_WR); }
 
 void RawSocket::close() {

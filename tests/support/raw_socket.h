@@ -23,6 +23,8 @@ class RawSocket {
   std::vector<std::byte> receive_all();
   // At least this many bytes, or what came until the end.
   std::vector<std::byte> receive_some(std::size_t size_bytes);
+  // What is there, waiting for at least one byte; empty at the end.
+  std::vector<std::byte> receive_next();
   bool ended() const { return ended_; }
   void half_close();
   void close();

@@ -45,6 +45,17 @@ TEST(Table, JsonHasOneObjectPerRowWithNumbersInFull) {
       "}\n]");
 }
 
+TEST(Table, MarkdownKeepsTheColumnsApartAndAligned) {
+  EXPECT_EQ(example().markdown(),
+            "| model | vertices | RMS / diagonal | bits/v |\n"
+            "| --- | ---: | ---: | ---: |\n"
+            "| bunny | 34834 | 2.50e-05 | 12.1 |\n"
+            "| v\xC3\xA4se | 12 | 0.0123 | - |\n");
+  Table table({{"a|b", "", 0}});
+  table.add_row({std::string("c|d")});
+  EXPECT_EQ(table.markdown(), "| a\\|b |\n| --- |\n| c\\|d |\n");
+}
+
 TEST(Table, WhatIsNoNumberIsADashAndNull) {
   Table table({{"a", "", 2}, {"b", "", 2}});
   table.add_row({std::nan(""), HUGE_VAL});

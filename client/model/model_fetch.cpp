@@ -1,0 +1,231 @@
+#include "client/model/model_fetch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "common/asset/asset_file.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+namespace fanstream {
+namespace {
+
+constexpr std::size_t kRefineBytes = 64 * 1024;  // received between two refinements on the way to the whole model
+constexpr double kWantAhead = 1.05;              // how much more is asked for than a number of vertices seems to take
+
+std::int64_t now_us() {
+  using std::chrono::steady_clock;
+  return std::chrono::duration_cast<std::chrono::microseconds>(steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+// Segments come in the file's order, so the asset's digest can be checked on the way.
+struct ModelFetch::ContentHash {
+  ContentHash() { XXH3_128bits_reset(&state); }
+  void add(std::span<const std::byte> bytes) { XXH3_128bits_update(&state, bytes.data(), bytes.size()); }
+  Digest digest() const {
+    XXH128_canonical_t canonical;
+    XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(&state));
+    Digest digest{};
+    std::copy(std::begin(canonical.digest), std::end(canonical.digest), digest.begin());
+    return digest;
+  }
+  XXH3_state_t state;
+};
+
+ModelFetch::ModelFetch(FetchOptions options)
+    : options_(std::move(options)), hash_(std::make_shared<ContentHash>()), started_us_(now_us()) {}
+
+double ModelFetch::elapsed_s() const { return static_cast<double>(now_us() - started_us_) * 1e-6; }
+
+Result<std::unique_ptr<ModelFetch>> ModelFetch::open(const std::string& source, const FetchOptions& options) {
+  std::unique_ptr<ModelFetch> fetch(new ModelFetch(options));
+  if (Result<void> received = fetch->receive_base(source); !received) return tl::unexpected(received.error());
+  return fetch;
+}
+
+Result<void> ModelFetch::receive_base(const std::string& source) {
+  Result<std::unique_ptr<ModelSource>> opened = ModelSource::open(source, options_.source);
+  if (!opened) return tl::unexpected(opened.error());
+  source_ = std::move(*opened);
+  report_.seconds.connect = elapsed_s();
+  const std::string& name = source_->name();
+  const Result<std::span<const std::byte>> bytes = source_->head();
+  if (!bytes) return tl::unexpected(bytes.error());
+  report_.seconds.head = elapsed_s();
+  const Result<AssetPreamble> preamble = read_preamble(*bytes, name);
+  if (!preamble) return tl::unexpected(preamble.error());
+  preamble_ = *preamble;
+  if (preamble_.digest != source_->digest() || preamble_.head_bytes != source_->head_size_bytes() ||
+      preamble_.index_bytes != source_->index_size_bytes()) {
+    return fail(ErrorKind::bad_input, name + ": the head is of another asset than was announced");
+  }
+  Result<AssetHead> head = read_head(*bytes, name);
+  if (!head) return tl::unexpected(head.error());
+  hash_->add(bytes->subspan(kPreambleBytes));
+  mesh_ = std::make_unique<ProgressiveMesh>(std::make_shared<const AssetHead>(std::move(*head)));
+  report_.bytes.head = bytes->size();
+  report_.seconds.first_mesh = report_.seconds.complete = elapsed_s();
+  return {};
+}
+
+Result<void> ModelFetch::receive_index() {
+  if (mesh_->has_index()) return {};
+  const Result<std::span<const std::byte>> bytes = source_->index();
+  if (!bytes) return tl::unexpected(bytes.error());
+  Result<AssetIndex> index = read_index(*bytes, preamble_, mesh_->head(), source_->name());
+  if (!index) return tl::unexpected(index.error());
+  hash_->add(*bytes);
+  report_.bytes.index = bytes->size();
+  mesh_->set_index(std::make_shared<const AssetIndex>(std::move(*index)));
+  order_ = order_segments(mesh_->head(), mesh_->index());
+  return {};
+}
+
+std::size_t ModelFetch::end_for_bytes(std::uint64_t bytes) const {
+  std::uint64_t spent = source_->received_bytes() + source_->slack_bytes();
+  std::size_t end = taken_;
+  while (end < order_.size() && spent + source_->cost_bytes(order_[end]) <= bytes)
+    spent += source_->cost_bytes(order_[end++]);
+  return end;
+}
+
+std::size_t ModelFetch::end_for_vertices(double vertices) const {
+  const auto enough = [](const OrderedSegment& segment, double wanted) { return segment.estimated_vertices < wanted; };
+  const auto last = std::lower_bound(order_.begin(), order_.end(), vertices, enough);
+  return std::min(order_.size(), static_cast<std::size_t>(last - order_.begin()) + 1);
+}
+
+void ModelFetch::tell(const FetchGoal& goal) const {
+  if (!options_.on_progress) return;
+  const std::uint64_t full = mesh_->head().vertex_count;
+  options_.on_progress(
+      {mesh_->vertex_count(), std::min<std::uint64_t>(full, goal.vertices.value_or(full)), source_->received_bytes(),
+       std::min<std::uint64_t>(preamble_.total_bytes(), goal.bytes.value_or(preamble_.total_bytes()))});
+}
+
+// Receives segments up to `end` of the order and applies them.
+Result<void> ModelFetch::take(std::size_t end, const FetchGoal& goal) {
+  std::size_t bytes_since = 0;
+  std::optional<Error> broken;
+  while (taken_ < end && !broken) {
+    const auto next = source_->next_segment();
+    if (!next || !*next) {
+      broken = next ? Error{ErrorKind::bad_input, source_->name() + ": segments are missing"} : next.error();
+      break;
+    }
+    const std::span<const std::byte> bytes = **next;
+    const OrderedSegment& segment = order_[taken_];
+    if (const Result<void> added = mesh_->add_segment(segment.cell, segment.segment, bytes); !added) {
+      broken = with_context(added.error(), source_->name());
+      break;
+    }
+    hash_->add(bytes);
+    ++taken_;
+    report_.bytes.segments += bytes.size();
+    bytes_since += bytes.size();
+    if (bytes_since < kRefineBytes) continue;
+    bytes_since = 0;
+    if (const Result<std::uint64_t> refined = mesh_->refine(); !refined)
+      broken = with_context(refined.error(), source_->name());
+    tell(goal);
+  }
+  if (const Result<std::uint64_t> refined = mesh_->refine(); !refined && !broken) {
+    broken = with_context(refined.error(), source_->name());
+  }
+  tell(goal);
+  if (broken) return tl::unexpected(*broken);
+  return {};
+}
+
+Result<void> ModelFetch::advance_to_position(std::size_t end, const FetchGoal& goal) {
+  if (end > wanted_) {
+    if (Result<void> asked = source_->want(order_, end); !asked) return asked;
+    wanted_ = end;
+  }
+  return take(end, goal);
+}
+
+// Halves the distance until a single segment is left, so that the outcome does not depend on how the estimate errs
+// much.
+Result<void> ModelFetch::advance_to_vertices(std::uint64_t vertices) {
+  const FetchGoal goal{vertices, {}};
+  while (mesh_->vertex_count() < vertices && taken_ < order_.size()) {
+    const double missing = static_cast<double>(vertices - mesh_->vertex_count());
+    const double before =
+        taken_ == 0 ? static_cast<double>(mesh_->vertex_count()) : order_[taken_ - 1].estimated_vertices;
+    const std::size_t half = std::max(taken_ + 1, end_for_vertices(before + missing / 2) - 1);
+    const std::size_t ahead = std::max(half, end_for_vertices(before + missing * kWantAhead));
+    if (half > wanted_) {
+      if (Result<void> asked = source_->want(order_, ahead); !asked) return asked;
+      wanted_ = ahead;
+    }
+    if (Result<void> taken = take(std::min(half, order_.size()), goal); !taken) return taken;
+  }
+  return {};
+}
+
+Result<void> ModelFetch::finish() {
+  report_.seconds.complete = elapsed_s();
+  if (!mesh_->has_index() || taken_ < order_.size() || verified_) return {};
+  if (!mesh_->is_complete()) {
+    return fail(ErrorKind::bad_input, fmt::format("{}: all segments came, but refinement stops at {} of {} vertices",
+                                                  source_->name(), mesh_->vertex_count(), mesh_->head().vertex_count));
+  }
+  if (hash_->digest() != preamble_.digest) {
+    return fail(ErrorKind::bad_input,
+                source_->name() + ": what came does not have the digest that was announced; fetch it again");
+  }
+  verified_ = true;
+  return {};
+}
+
+Error ModelFetch::described(const Error& error) const {
+  const FetchReport now = report();
+  std::string share =
+      now.segments_total == 0 ? "no segments" : fmt::format("{} of {} segments", now.segments, now.segments_total);
+  return {error.kind, fmt::format("{}; {} bytes and {} were received, the mesh has {} of {} vertices", error.message,
+                                  now.bytes.received, share, now.vertices, now.full_vertices)};
+}
+
+Result<void> ModelFetch::advance(const FetchGoal& goal) {
+  if (failed_) return fail(ErrorKind::usage, source_->name() + ": an earlier error ended this transfer");
+  const bool base_is_enough =
+      (goal.vertices && *goal.vertices <= mesh_->vertex_count()) ||
+      (goal.bytes && !mesh_->has_index() && *goal.bytes < preamble_.head_bytes + preamble_.index_bytes);
+  Result<void> done;
+  if (!base_is_enough) {
+    done = receive_index();
+    if (done) {
+      done = goal.vertices ? advance_to_vertices(*goal.vertices)
+                           : advance_to_position(goal.bytes ? end_for_bytes(*goal.bytes) : order_.size(), goal);
+    }
+  }
+  if (done) done = finish();
+  if (done) return done;
+  failed_ = true;
+  report_.seconds.complete = elapsed_s();
+  return tl::unexpected(described(done.error()));
+}
+
+FetchReport ModelFetch::report() const {
+  FetchReport report = report_;
+  report.source = source_->name();
+  report.model = source_->model();
+  report.digest = text_of(preamble_.digest);
+  report.bytes.received = source_->received_bytes();
+  report.segments = taken_;
+  report.segments_total = order_.size();
+  report.vertices = mesh_->vertex_count();
+  report.triangles = mesh_->state().rings.triangles().size();
+  report.full_vertices = mesh_->head().vertex_count;
+  report.full_triangles = mesh_->head().triangle_count;
+  report.complete = verified_;
+  return report;
+}
+
+}  // namespace fanstream

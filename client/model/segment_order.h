@@ -1,0 +1,27 @@
+// All segments of an asset, coarse to fine: the order in which they lie in the file and are asked for.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/asset/asset_layout.h"
+#include "protocol/runs.h"
+
+namespace fanstream {
+
+struct OrderedSegment {
+  std::uint32_t cell = 0;
+  std::uint32_t segment = 0;
+  std::uint32_t size_bytes = 0;
+  // How many vertices the mesh has with this segment and all before it. Exact where a slab of generations ends; in
+  // between as if every byte of a slab made equally many.
+  double estimated_vertices = 0.0;
+};
+
+// By layer, then by cell. Every prefix of it can be refined but for splits that wait for a neighbouring cell.
+std::vector<OrderedSegment> order_segments(const AssetHead& head, const AssetIndex& index);
+
+// What to ask for to get segments [0, end) in this order, those already held left out by the server.
+std::vector<CellRun> wants_for(const std::vector<OrderedSegment>& order, std::size_t end);
+
+}  // namespace fanstream

@@ -1,0 +1,88 @@
+#include "tests/bench/level_quality.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "common/geometry/mesh_distance.h"
+#include "tests/bench/meshoptimizer_peer.h"
+
+namespace fanstream::bench {
+
+LevelReplay::LevelReplay(const CodedHistory& coded, const PositionGrid& grid, std::uint32_t vertex_count)
+    : coded_(coded),
+      grid_(grid),
+      rings_(coded.history.base),
+      places_(coded.base_places),
+      vertices_(coded.history.base_vertices) {
+  rings_.reserve(vertex_count);
+  if (coded_.generation_count() > 0) next_ = coded_.generation_end(1);
+}
+
+void LevelReplay::refine_to(std::uint32_t vertices) {
+  assert(vertices >= vertices_ && vertices <= vertices_ + next_);
+  while (vertices_ < vertices) {
+    while (next_ == coded_.generation_begin(generation_)) ++generation_;
+    const MergeRecord& merge = coded_.history.merges[--next_];
+    rings_.split(merge.root, merge.removed, rings_.position_in_ring(merge.root, merge.first),
+                 rings_.position_in_ring(merge.root, merge.last));
+    const SplitPlaces places =
+        places_after_split(places_[merge.root], merge.parent, coded_.displacements[next_], generation_);
+    places_[merge.root] = places.kept;
+    places_[merge.removed] = places.added;
+    ++vertices_;
+  }
+}
+
+TriangleMesh LevelReplay::mesh() const {
+  TriangleMesh mesh;
+  std::vector<VertexId> number(rings_.vertex_capacity(), 0);
+  for (VertexId v = 0; v < number.size(); ++v) {
+    if (!rings_.contains(v)) continue;
+    number[v] = static_cast<VertexId>(mesh.positions.size());
+    mesh.positions.push_back(grid_.decode(places_[v]));
+  }
+  mesh.triangles = rings_.triangles();
+  for (Triangle& t : mesh.triangles) {
+    for (VertexId& v : t) v = number[v];
+  }
+  return mesh;
+}
+
+Result<std::vector<LevelQuality>> measure_levels(const TriangleMesh& full, const CodedHistory& coded,
+                                                 const PositionGrid& grid, std::span<const double> shares,
+                                                 std::size_t face_samples) {
+  Result<TriangleTree> tree = TriangleTree::build(full);
+  if (!tree) return tl::unexpected(tree.error());
+  const auto count = static_cast<std::uint32_t>(full.positions.size());
+  LevelReplay replay(coded, grid, count);
+  std::vector<double> ascending(shares.begin(), shares.end());
+  std::sort(ascending.begin(), ascending.end());
+  std::vector<LevelQuality> levels;
+  for (const double share : ascending) {
+    LevelQuality level;
+    level.share = share;
+    level.vertices = static_cast<std::uint32_t>(std::lround(share * count));
+    if (level.vertices < replay.vertex_count()) continue;
+    replay.refine_to(level.vertices);
+    const TriangleMesh ours = replay.mesh();
+    level.triangles = static_cast<std::uint32_t>(ours.triangles.size());
+    Result<SimplifyResult> peer = simplify_with_meshoptimizer(full, {ours.triangles.size()});
+    if (!peer) return tl::unexpected(peer.error());
+    level.peer_triangles = static_cast<std::uint32_t>(peer->mesh.triangles.size());
+    const DistanceOptions options{face_samples, 1};
+    const Result<MeshDistance> distance = mesh_distance(full, *tree, ours, options);
+    if (!distance) return tl::unexpected(with_context(distance.error(), "our level"));
+    const Result<MeshDistance> peer_distance = mesh_distance(full, *tree, peer->mesh, options);
+    if (!peer_distance) return tl::unexpected(with_context(peer_distance.error(), "meshoptimizer's level"));
+    level.rms = distance->relative_rms();
+    level.max = distance->relative_max();
+    level.peer_rms = peer_distance->relative_rms();
+    level.peer_max = peer_distance->relative_max();
+    levels.push_back(level);
+  }
+  std::reverse(levels.begin(), levels.end());  // fine to coarse
+  return levels;
+}
+
+}  // namespace fanstream::bench

@@ -1,0 +1,54 @@
+// The shape of levels of detail beside meshoptimizer's at the same number of triangles.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/grid/position_grid.h"
+#include "common/mesh/triangle_mesh.h"
+#include "common/support/result.h"
+#include "server/build/coded_history.h"
+
+namespace fanstream::bench {
+
+// Replays a history from FM0 in coding order: coarse to fine, within a generation the dearest merge is undone first. At
+// the ends of generations a client has the same mesh; in between it has the same splits in the order of its cells.
+class LevelReplay {
+ public:
+  // Keeps references to its arguments. `vertex_count` is the full model's.
+  LevelReplay(const CodedHistory& coded, const PositionGrid& grid, std::uint32_t vertex_count);
+
+  std::uint32_t vertex_count() const { return vertices_; }
+  // Refines until there are `vertices` of them. Precondition: not fewer than there are now, not more than the model
+  // has.
+  void refine_to(std::uint32_t vertices);
+  TriangleMesh mesh() const;  // in the model's coordinates, renumbered without gaps
+
+ private:
+  const CodedHistory& coded_;
+  const PositionGrid& grid_;
+  RingMesh rings_;
+  std::vector<GridPoint> places_;
+  std::uint32_t generation_ = 1;
+  std::uint32_t next_ = 0;  // one past the next merge to undo
+  std::uint32_t vertices_ = 0;
+};
+
+struct LevelQuality {
+  double share = 0.0;  // of the full model's vertices
+  std::uint32_t vertices = 0;
+  std::uint32_t triangles = 0;
+  std::uint32_t peer_triangles = 0;  // more than ours where meshoptimizer stopped early
+  // Relative to the diagonal, both directions.
+  double rms = 0.0, peer_rms = 0.0;
+  double max = 0.0, peer_max = 0.0;
+};
+
+// Each level against `full`, the quantised full model in its own coordinates, from which meshoptimizer starts too.
+// Shares that lie below FM0 are left out.
+Result<std::vector<LevelQuality>> measure_levels(const TriangleMesh& full, const CodedHistory& coded,
+                                                 const PositionGrid& grid, std::span<const double> shares,
+                                                 std::size_t face_samples);
+
+}  // namespace fanstream::bench

@@ -1,0 +1,46 @@
+#include "tests/bench/machine.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <ctime>
+#include <fstream>
+#include <thread>
+
+namespace fanstream::bench {
+
+namespace {
+
+// The rest of the first line of `path` that starts with `key`, without blanks and colons before it.
+std::string value_of(const char* path, const std::string& key) {
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (line.compare(0, key.size(), key) != 0) continue;
+    const std::size_t start = line.find_first_not_of(" \t:", key.size());
+    return start == std::string::npos ? std::string() : line.substr(start);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string describe_machine() {
+  const std::string processor = value_of("/proc/cpuinfo", "model name");
+  const std::string load = value_of("/proc/loadavg", "");
+  return fmt::format("{} cores, {}, load {}, {:%Y-%m-%d}", std::thread::hardware_concurrency(),
+                     processor.empty() ? "unknown processor" : processor, load.substr(0, load.find(' ')),
+                     fmt::gmtime(std::time(nullptr)));
+}
+
+void reset_peak_memory() {
+  malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << "5";
+}
+
+std::uint64_t peak_memory_bytes() {
+  const std::string kilobytes = value_of("/proc/self/status", "VmHWM:");
+  return kilobytes.empty() ? 0 : 1024 * std::strtoull(kilobytes.c_str(), nullptr, 10);
+}
+
+}  // namespace fanstream::bench

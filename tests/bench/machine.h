@@ -1,0 +1,17 @@
+// Where figures were measured, and how much memory measuring took.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace fanstream::bench {
+
+// "2 cores, <processor>, load 1.52, 2025-01-31", for the head of a report.
+std::string describe_machine();
+
+// Gives freed memory back and starts the process's peak afresh, where the system lets a process do so (Linux 4.0).
+void reset_peak_memory();
+// The peak since then, or since the process began: VmHWM of the whole process. 0 where there is no /proc.
+std::uint64_t peak_memory_bytes();
+
+}  // namespace fanstream::bench

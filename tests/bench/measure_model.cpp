@@ -1,0 +1,266 @@
+#include "tests/bench/measure_model.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "common/fans/fan_cover.h"
+#include "server/build/simplifier.h"
+#include "server/import/mesh_cleaner.h"
+#include "server/import/mesh_import.h"
+#include "tests/bench/machine.h"
+
+namespace fanstream::bench {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Grid coordinates from the corner of the model's box, as on_grid() counts them.
+std::array<std::int32_t, 3> grid_coordinates(const glm::dvec3& decoded, const glm::dvec3& corner, double step) {
+  std::array<std::int32_t, 3> result{};
+  for (int axis = 0; axis < 3; ++axis) {
+    result[static_cast<std::size_t>(axis)] =
+        static_cast<std::int32_t>(std::lround((decoded[axis] - corner[axis]) / step));
+  }
+  return result;
+}
+
+bool is_regular_height_field(const PositionGrid& grid, std::size_t vertices) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double cells = static_cast<double>(grid.code_count((axis + 1) % 3)) * grid.code_count((axis + 2) % 3);
+    if (std::min(grid.code_count((axis + 1) % 3), grid.code_count((axis + 2) % 3)) > 1 &&
+        cells <= 1.02 * static_cast<double>(vertices)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+class Measurement {
+ public:
+  Measurement(const std::filesystem::path& path, const MeasureOptions& options) : path_(path), options_(options) {
+    figures_.model = path.stem().string();
+  }
+
+  Result<ModelFigures> run() {
+    for (const auto step : {&Measurement::build, &Measurement::open, &Measurement::decode, &Measurement::draco,
+                            &Measurement::issued, &Measurement::forced, &Measurement::quality}) {
+      if (Result<void> done = (this->*step)(); !done) {
+        return tl::unexpected(with_context(done.error(), path_.string()));
+      }
+    }
+    return std::move(figures_);
+  }
+
+ private:
+  void tell(std::string_view stage) const {
+    if (options_.progress) options_.progress(stage);
+  }
+
+  Result<void> build() {
+    tell("build");
+    reset_peak_memory();
+    const Clock::time_point start = Clock::now();
+    Result<ImportedMesh> imported = import_mesh(path_);
+    if (!imported) return tl::unexpected(imported.error());
+    mesh_ = clean_mesh(std::move(imported->mesh)).mesh;
+    figures_.import_seconds = seconds_since(start);
+    const Clock::time_point cleaned = Clock::now();
+    build_options_.position_bits = options_.position_bits;
+    Result<BuiltAsset> built = build_asset(mesh_, build_options_);
+    if (!built) return tl::unexpected(built.error());
+    figures_.build_seconds = seconds_since(cleaned);
+    figures_.peak_memory_bytes = peak_memory_bytes();
+    figures_.build = built->report;
+    bytes_ = std::move(built->bytes);
+    return {};
+  }
+
+  Result<void> open() {
+    Result<std::shared_ptr<const OpenAsset>> asset = OpenAsset::open(bytes_, "the asset just built");
+    if (!asset) return tl::unexpected(asset.error());
+    asset_ = std::move(*asset);
+    const PositionGrid& grid = asset_->asset_head()->grid;
+    const glm::dvec3 corner = bounds_of(mesh_.positions).low;
+    full_.triangles = quantised_.triangles = mesh_.triangles;
+    for (const glm::dvec3& p : mesh_.positions) {
+      full_.positions.push_back(grid.decode(grid.encode(p)));
+      quantised_.positions.push_back(grid_coordinates(full_.positions.back(), corner, grid.step()));
+    }
+    figures_.regular_height_field = is_regular_height_field(grid, mesh_.positions.size());
+    return compare_quantisers();
+  }
+
+  // Both round to the nearest point of the same grid; only where a vertex lies halfway between two may they disagree.
+  Result<void> compare_quantisers() {
+    const GridMesh theirs = on_grid(mesh_, static_cast<unsigned>(options_.position_bits));
+    for (std::size_t v = 0; v < theirs.positions.size(); ++v) {
+      if (theirs.positions[v] == quantised_.positions[v]) continue;
+      ++figures_.quantised_otherwise;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (std::abs(theirs.positions[v][axis] - quantised_.positions[v][axis]) > 1) {
+          return fail(ErrorKind::bad_input, "vertex " + std::to_string(v) + ": the asset's grid is not Draco's");
+        }
+      }
+    }
+    if (figures_.quantised_otherwise * 100 > theirs.positions.size()) {
+      return fail(ErrorKind::bad_input,
+                  std::to_string(figures_.quantised_otherwise) +
+                      " vertices are quantised otherwise than by Draco; the sizes are not comparable");
+    }
+    return {};
+  }
+
+  Result<void> decode() {
+    tell("decode");
+    std::vector<double> seconds;
+    for (int i = 0; i < options_.repetitions; ++i) {
+      const Clock::time_point start = Clock::now();
+      Result<std::unique_ptr<ProgressiveMesh>> mesh = rebuild_fully(bytes_, "the asset just built");
+      if (!mesh) return tl::unexpected(mesh.error());
+      std::vector<Triangle> triangles = (*mesh)->state().rings.triangles();
+      seconds.push_back(seconds_since(start));
+      if (i > 0) continue;
+      GridMesh rebuilt{{}, std::move(triangles)};
+      const glm::dvec3 corner = bounds_of(mesh_.positions).low;
+      const PositionGrid& grid = (*mesh)->head().grid;
+      for (const GridPoint& place : (*mesh)->state().places) {
+        rebuilt.positions.push_back(grid_coordinates(grid.decode(place), corner, grid.step()));
+      }
+      if (!same_triangles(rebuilt, quantised_)) {
+        return fail(ErrorKind::bad_input, "the rebuilt model is not the quantised input");
+      }
+    }
+    figures_.decode_seconds = median(seconds);
+    return {};
+  }
+
+  Result<void> draco() {
+    tell("Draco");
+    Result<DracoResult> seven = measure_draco(quantised_, 7, options_.repetitions);
+    if (!seven) return tl::unexpected(seven.error());
+    Result<DracoResult> ten = measure_draco(quantised_, 10, options_.repetitions);
+    if (!ten) return tl::unexpected(ten.error());
+    figures_.draco7 = *seven;
+    figures_.draco10 = *ten;
+    return {};
+  }
+
+  Result<void> count_issued(const ProgressiveMesh& mesh) {
+    const TriangleMesh level = mesh.triangle_mesh();
+    const Result<FanMesh> fans = cover_with_fans(level.positions.size(), level.triangles, CoverMethod::best);
+    if (!fans) return tl::unexpected(fans.error());
+    const double issued = fan_statistics(level.positions.size(), *fans).issued_per_vertex();
+    if (issued > figures_.issued_per_vertex) {
+      figures_.issued_per_vertex = issued;
+      figures_.issued_worst_vertices = mesh.vertex_count();
+    }
+    return {};
+  }
+
+  // FM0 and the mesh after each layer, as a client that fetches layer by layer has them.
+  Result<void> issued() {
+    tell("fans");
+    const AssetHead& head = *asset_->asset_head();
+    ProgressiveMesh mesh(asset_->asset_head());
+    mesh.set_index(asset_->asset_index());
+    if (Result<void> counted = count_issued(mesh); !counted) return counted;
+    for (std::uint32_t layer = 0; layer < head.layer_ends.size(); ++layer) {
+      for (std::uint32_t c = 0; c < asset_->cell_count(); ++c) {
+        const std::uint32_t first = head.layer_begin(asset_->asset_index()->cells[c].slab);
+        if (layer < first || layer - first >= asset_->segment_count(c)) continue;
+        if (Result<void> added = mesh.add_segment(c, layer - first, asset_->segment(c, layer - first)); !added) {
+          return added;
+        }
+      }
+      if (const Result<std::uint64_t> refined = mesh.refine(); !refined) return tl::unexpected(refined.error());
+      if (Result<void> counted = count_issued(mesh); !counted) return counted;
+    }
+    if (!mesh.is_complete()) return fail(ErrorKind::bad_input, "all layers do not make the whole model");
+    return {};
+  }
+
+  Result<void> forced() {
+    tell("forced share");
+    const Result<SplitDependencies> dependencies = SplitDependencies::of(asset_);
+    if (!dependencies) return tl::unexpected(dependencies.error());
+    figures_.disc1 = forced_share(*dependencies, 0.01, options_.disc_seeds);
+    figures_.disc10 = forced_share(*dependencies, 0.10, options_.disc_seeds);
+    return {};
+  }
+
+  Result<void> quality() {
+    tell("levels");
+    SimplifyOptions simplify_options;
+    simplify_options.base_vertices = figures_.build.base_vertices;
+    simplify_options.edges_per_vertex = build_options_.edges_per_vertex;
+    const MergeHistory history = simplify(mesh_, simplify_options);
+    if (history.base_vertices != figures_.build.base_vertices ||
+        history.generation_count() != figures_.build.generations) {
+      return fail(ErrorKind::bad_input, "simplify() gave " + std::to_string(history.base_vertices) +
+                                            " base vertices in " + std::to_string(history.generation_count()) +
+                                            " generations, the asset has " +
+                                            std::to_string(figures_.build.base_vertices) + " in " +
+                                            std::to_string(figures_.build.generations) +
+                                            "; bring measure_model.cpp in step with build_asset()");
+    }
+    const PositionGrid& grid = asset_->asset_head()->grid;
+    std::vector<GridPoint> places;
+    for (const glm::dvec3& p : mesh_.positions) places.push_back(grid.encode(p));
+    const CodedHistory coded(history, std::move(places));
+    Result<std::vector<LevelQuality>> levels =
+        measure_levels(full_, coded, grid, options_.level_shares, options_.face_samples);
+    if (!levels) return tl::unexpected(levels.error());
+    figures_.levels = std::move(*levels);
+    return {};
+  }
+
+  const std::filesystem::path& path_;
+  const MeasureOptions& options_;
+  BuildOptions build_options_;
+  ModelFigures figures_;
+  TriangleMesh mesh_;   // cleaned
+  TriangleMesh full_;   // the same on the grid, in the model's coordinates
+  GridMesh quantised_;  // the same in grid coordinates
+  std::vector<std::byte> bytes_;
+  std::shared_ptr<const OpenAsset> asset_;
+};
+
+}  // namespace
+
+double ModelFigures::base_limit() const { return std::max(400.0, 0.01 * build.vertices) + 4.0 * build.components; }
+
+bool same_triangles(const GridMesh& a, const GridMesh& b) {
+  using Place = std::array<std::int32_t, 3>;
+  const auto sorted = [](const GridMesh& mesh) {
+    std::vector<std::array<Place, 3>> triangles;
+    triangles.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles) {
+      std::array<Place, 3> corners{mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]};
+      // Of the three rotations the smallest: places may coincide, so the smallest corner alone does not tell.
+      std::array<Place, 3> best = corners;
+      for (int i = 0; i < 2; ++i) {
+        std::rotate(corners.begin(), corners.begin() + 1, corners.end());
+        best = std::min(best, corners);
+      }
+      triangles.push_back(best);
+    }
+    std::sort(triangles.begin(), triangles.end());
+    return triangles;
+  };
+  return sorted(a) == sorted(b);
+}
+
+Result<ModelFigures> measure_model(const std::filesystem::path& path, const MeasureOptions& options) {
+  return Measurement(path, options).run();
+}
+
+}  // namespace fanstream::bench

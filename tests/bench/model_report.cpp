@@ -1,0 +1,242 @@
+#include "tests/bench/model_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace fanstream::bench {
+
+namespace {
+
+template <class Integer>
+Cell whole(Integer value) {
+  return static_cast<std::int64_t>(value);
+}
+Cell percent(double share) { return 100.0 * share; }
+
+template <class Value>
+std::vector<double> each(const std::vector<ModelFigures>& models, Value value) {
+  std::vector<double> values;
+  for (const ModelFigures& m : models) values.push_back(value(m));
+  return values;
+}
+
+Section sizes(const std::vector<ModelFigures>& models) {
+  Table table({{"model", "", 0},
+               {"vertices", "", 0},
+               {"triangles", "", 0},
+               {"components", "comp.", 0},
+               {"total_bytes", "bytes", 0},
+               {"base_bytes", "base", 0},
+               {"split_bytes", "splits", 0},
+               {"table_bytes", "tables", 0},
+               {"bits_per_vertex", "bits/v", 2},
+               {"draco7_bits_per_vertex", "Draco 7", 2},
+               {"draco10_bits_per_vertex", "Draco 10", 2},
+               {"size_ratio", "/ Draco 10", 3},
+               {"base_vertices", "base v", 0},
+               {"generations", "gen.", 0},
+               {"cells", "", 0},
+               {"segments", "", 0},
+               {"quantised_otherwise", "ties", 0}});
+  for (const ModelFigures& m : models) {
+    const BuildReport& b = m.build;
+    table.add_row({m.model, whole(b.vertices), whole(b.triangles), whole(b.components), whole(b.total_bytes),
+                   whole(b.base_bytes), whole(b.split_bytes), whole(b.table_bytes), b.bits_per_vertex(),
+                   m.draco7.bits_per_vertex, m.draco10.bits_per_vertex, m.size_ratio(), whole(b.base_vertices),
+                   whole(b.generations), whole(b.cells), whole(b.segments), whole(m.quantised_otherwise)});
+  }
+  return {"sizes",
+          fmt::format("Sizes, positions only, on a grid of {} bits, the same for Draco 1.5.5; everything included "
+                      "(ties: vertices halfway between two grid points that Draco's own quantiser rounds otherwise)",
+                      models.empty() ? 0 : models.front().build.position_bits),
+          std::move(table)};
+}
+
+Section forced(const std::vector<ModelFigures>& models) {
+  Table table({{"model", "", 0},
+               {"disc1_splits_percent", "1 %: splits %", 2},
+               {"disc1_bytes_percent", "bytes %", 2},
+               {"disc1_client_bytes_percent", "client's rule: bytes %", 2},
+               {"disc10_splits_percent", "10 %: splits %", 2},
+               {"disc10_bytes_percent", "bytes % ", 2},
+               {"disc10_client_bytes_percent", "client's rule: bytes % ", 2}});
+  for (const ModelFigures& m : models) {
+    table.add_row({m.model, percent(m.disc1.splits), percent(m.disc1.bytes), percent(m.disc1.client_bytes),
+                   percent(m.disc10.splits), percent(m.disc10.bytes), percent(m.disc10.client_bytes)});
+  }
+  return {"forced_share",
+          "Forced share: splits, and bytes of whole segments, that a disc of 1 % and of 10 % of the vertices needs in "
+          "full (mean of random discs)",
+          std::move(table)};
+}
+
+Section speed(const std::vector<ModelFigures>& models) {
+  Table table({{"model", "", 0},
+               {"decode_mtriangles_s", "decode Mtri/s", 2},
+               {"draco7_decode_mtriangles_s", "Draco 7", 2},
+               {"draco10_decode_mtriangles_s", "Draco 10", 2},
+               {"decode_ratio", "/ Draco 10", 2},
+               {"import_seconds", "import s", 3},
+               {"build_seconds", "build s", 3},
+               {"build_mtriangles_s", "build Mtri/s", 3},
+               {"peak_memory_mb", "peak MB", 0},
+               {"issued_per_vertex", "issued/n, worst level", 3},
+               {"issued_worst_vertices", "at vertices", 0}});
+  for (const ModelFigures& m : models) {
+    table.add_row({m.model, m.decode_mtriangles_s(), m.draco7.decode_mtriangles_s, m.draco10.decode_mtriangles_s,
+                   m.decode_ratio(), m.import_seconds, m.build_seconds, m.build_mtriangles_s(),
+                   static_cast<double>(m.peak_memory_bytes) * 1e-6, m.issued_per_vertex,
+                   whole(m.issued_worst_vertices)});
+  }
+  return {
+      "speed",
+      "Speed, one thread: decode is from the asset's bytes to the full model's index buffer (median), build is "
+      "import, cleaning, building and serialising (once), peak is the whole process's; and issued vertices when drawn "
+      "as fans",
+      std::move(table)};
+}
+
+Section shape(const std::vector<ModelFigures>& models) {
+  Table table({{"model", "", 0},
+               {"level_percent", "level %", 0},
+               {"vertices", "", 0},
+               {"triangles", "", 0},
+               {"peer_triangles", "meshopt. tri.", 0},
+               {"rms", "RMS", -3},
+               {"peer_rms", "meshopt. RMS", -3},
+               {"rms_ratio", "ratio", 3},
+               {"max", "max", -3},
+               {"peer_max", "meshopt. max", -3},
+               {"max_ratio", "ratio ", 3}});
+  for (const ModelFigures& m : models) {
+    for (const LevelQuality& l : m.levels) {
+      table.add_row({m.model, percent(l.share), whole(l.vertices), whole(l.triangles), whole(l.peer_triangles), l.rms,
+                     l.peer_rms, l.rms / l.peer_rms, l.max, l.peer_max, l.max / l.peer_max});
+    }
+  }
+  return {"shape",
+          "Distance to the quantised full model, relative to its diagonal, both directions: ours and meshoptimizer's "
+          "simplifier at the same number of triangles, both starting from that model",
+          std::move(table)};
+}
+
+// Levels of at least 5 %, which the limit is about.
+std::vector<double> shape_ratios(const std::vector<ModelFigures>& models, double least_share,
+                                 double LevelQuality::*ours, double LevelQuality::*peer) {
+  std::vector<double> ratios;
+  for (const ModelFigures& m : models) {
+    for (const LevelQuality& l : m.levels) {
+      if (l.share >= least_share - 1e-9) ratios.push_back(l.*ours / l.*peer);
+    }
+  }
+  return ratios;
+}
+
+class Limits {
+ public:
+  void at_most(const std::string& figure, const std::string& of, double value, double limit) {
+    add(figure, of, value, fmt::format("<= {}", limit), value <= limit);
+  }
+  void at_least(const std::string& figure, const std::string& of, double value, double limit) {
+    add(figure, of, value, fmt::format(">= {}", limit), value >= limit);
+  }
+  void measured(const std::string& figure, const std::string& of, double value) {
+    table_.add_row({figure, of, value, std::monostate{}, std::monostate{}});
+  }
+  Table take() { return std::move(table_); }
+
+ private:
+  void add(const std::string& figure, const std::string& of, double value, const std::string& limit, bool holds) {
+    table_.add_row({figure, of, value, limit, std::string(holds ? "pass" : "FAIL")});
+  }
+  Table table_{{{"figure", "", 0}, {"of", "", 0}, {"measured", "", 3}, {"limit", "", 0}, {"verdict", "", 0}}};
+};
+
+template <class Value>
+const ModelFigures& greatest(const std::vector<ModelFigures>& models, Value value) {
+  return *std::max_element(models.begin(), models.end(),
+                           [&](const ModelFigures& a, const ModelFigures& b) { return value(a) < value(b); });
+}
+
+void size_limits(const std::vector<ModelFigures>& models, Limits& limits) {
+  limits.at_most("2 bytes / Draco 10", "geometric mean",
+                 geometric_mean(each(models, [](const auto& m) { return m.size_ratio(); })), 1.40);
+  for (const bool regular : {false, true}) {
+    std::vector<ModelFigures> some;
+    for (const ModelFigures& m : models) {
+      if (m.regular_height_field == regular) some.push_back(m);
+    }
+    if (some.empty()) continue;
+    const ModelFigures& worst = greatest(some, [](const auto& m) { return m.size_ratio(); });
+    limits.at_most("2 bytes / Draco 10", worst.model + (regular ? " (regular height field)" : " (worst)"),
+                   worst.size_ratio(), regular ? 2.5 : 1.75);
+  }
+}
+
+Section limits_of(const std::vector<ModelFigures>& models) {
+  Limits limits;
+  const ModelFigures& base = greatest(models, [](const auto& m) { return m.build.base_vertices / m.base_limit(); });
+  limits.at_most("1 base vertices", base.model + " (worst)", base.build.base_vertices, base.base_limit());
+  size_limits(models, limits);
+  const auto rms = [&](double least) {
+    return geometric_mean(shape_ratios(models, least, &LevelQuality::rms, &LevelQuality::peer_rms));
+  };
+  const auto maximum = [&](double least) {
+    return geometric_mean(shape_ratios(models, least, &LevelQuality::max, &LevelQuality::peer_max));
+  };
+  limits.at_most("3 RMS / meshoptimizer", "geometric mean, 50 to 5 %", rms(0.05), 1.05);
+  limits.measured("  RMS / meshoptimizer", "geometric mean, all levels", rms(0.0));
+  limits.measured("  max / meshoptimizer", "geometric mean, 50 to 5 %", maximum(0.05));
+  limits.measured("  max / meshoptimizer", "geometric mean, all levels", maximum(0.0));
+  const ModelFigures& slowest = greatest(models, [](const auto& m) { return -m.decode_ratio(); });
+  limits.at_least("4 decode / Draco 10", slowest.model + " (worst)", slowest.decode_ratio(), 1.0);
+  limits.measured("  decode / Draco 10", "geometric mean",
+                  geometric_mean(each(models, [](const auto& m) { return m.decode_ratio(); })));
+  const ModelFigures& largest = greatest(models, [](const auto& m) { return m.build.triangles; });
+  limits.at_least("5 build Mtri/s", largest.model + " (largest)", largest.build_mtriangles_s(), 0.15);
+  limits.at_most("5 peak memory MB", largest.model + " (largest)",
+                 static_cast<double>(largest.peak_memory_bytes) * 1e-6, 1000.0);
+  const ModelFigures& issued = greatest(models, [](const auto& m) { return m.issued_per_vertex; });
+  limits.at_most("6 issued / n", issued.model + " (worst)", issued.issued_per_vertex, 2.9);
+  return {"limits", "Against the limits", limits.take()};
+}
+
+}  // namespace
+
+double geometric_mean(const std::vector<double>& values) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (const double v : values) {
+    if (!(v > 0.0) || !std::isfinite(v)) continue;
+    sum += std::log(v);
+    ++count;
+  }
+  return count == 0 ? 0.0 : std::exp(sum / static_cast<double>(count));
+}
+
+std::vector<Section> report_sections(const std::vector<ModelFigures>& models) {
+  if (models.empty()) return {};
+  return {sizes(models), forced(models), speed(models), shape(models), limits_of(models)};
+}
+
+std::string print_report(const std::vector<ModelFigures>& models, const std::vector<std::string>& context,
+                         ReportFormat format) {
+  const std::vector<Section> sections = report_sections(models);
+  if (format == ReportFormat::json) {
+    nlohmann::ordered_json json{{"context", context}};
+    for (const Section& s : sections) json[s.key] = nlohmann::ordered_json::parse(s.table.json());
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
+  }
+  const bool markdown = format == ReportFormat::markdown;
+  std::string out;
+  for (const std::string& line : context) out += markdown ? "- " + line + '\n' : line + '\n';
+  for (const Section& s : sections) {
+    out += markdown ? "\n### " + s.title + "\n\n" + s.table.markdown() : '\n' + s.title + "\n\n" + s.table.text();
+  }
+  return out;
+}
+
+}  // namespace fanstream::bench

@@ -1,0 +1,184 @@
+#include "common/coding/rans.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "tests/support/exact_bytes.h"
+#include "tests/support/seeded_random.h"
+
+namespace fanstream {
+namespace {
+
+using testing::ExactBytes;
+using testing::SeededRandom;
+
+// What was coded: a symbol of a table, or raw bits.
+struct Step {
+  int table = -1;  // raw bits if negative
+  int bits = 0;
+  unsigned value = 0;
+};
+
+struct Message {
+  std::vector<FrequencyTable> tables;
+  std::vector<Step> steps;
+};
+
+// Tables from flat to all but certain, symbols drawn by their frequencies, one step in `raw_one_in` raw bits.
+Message random_message(SeededRandom& random, std::size_t length, std::uint32_t raw_one_in) {
+  Message message;
+  for (int t = 0; t < 8; ++t) {
+    std::vector<double> weights(1 + random.below(FrequencyTable::kMaxSymbols));
+    const double steepness = 12.0 * random.unit();
+    for (double& w : weights) w = std::exp(-steepness * random.unit());
+    message.tables.push_back(FrequencyTable::from_weights(weights));
+  }
+  for (std::size_t i = 0; i < length; ++i) {
+    if (random.one_in(raw_one_in)) {
+      const int bits = static_cast<int>(random.below(16));
+      message.steps.push_back({-1, bits, random.below(std::size_t{1} << bits)});
+    } else {
+      const int t = static_cast<int>(random.below(message.tables.size()));
+      const int symbol = message.tables[static_cast<std::size_t>(t)].find(random.below(FrequencyTable::kTotal));
+      message.steps.push_back({t, 0, static_cast<unsigned>(symbol)});
+    }
+  }
+  return message;
+}
+
+template <class Coder>
+unsigned code(Coder& coder, const Message& message, const Step& step) {
+  if (step.table < 0) return coder.bits(step.bits, step.value);
+  return static_cast<unsigned>(
+      coder.symbol(message.tables[static_cast<std::size_t>(step.table)], static_cast<int>(step.value)));
+}
+
+std::vector<std::byte> encoded(const Message& message) {
+  RansEncoder encoder;
+  for (const Step& step : message.steps) code(encoder, message, step);
+  return encoder.finish();
+}
+
+// Decodes as many steps as the message has; true if that used up the bytes exactly.
+bool passes(const Message& message, std::span<const std::byte> bytes) {
+  RansDecoder decoder(bytes);
+  for (const Step& step : message.steps) code(decoder, message, step);
+  return decoder.finished_cleanly();
+}
+
+TEST(Rans, SymbolsAndBitsComeBack) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    const Message message = random_message(random, random.below(600), 1 + random.below(9));
+    const ExactBytes bytes(encoded(message));
+    RansDecoder decoder(bytes.view());
+    for (const Step& step : message.steps) ASSERT_EQ(code(decoder, message, step), step.value);
+    EXPECT_TRUE(decoder.finished_cleanly());
+    EXPECT_FALSE(decoder.overran());
+  }
+}
+
+TEST(Rans, NothingTakesNoBytes) {
+  RansEncoder encoder;
+  EXPECT_TRUE(encoder.finish().empty());
+  EXPECT_TRUE(RansDecoder(std::span<const std::byte>()).finished_cleanly());
+  EXPECT_TRUE(RansDecoder().finished_cleanly());
+}
+
+TEST(Rans, AnEncoderIsEmptyAfterItHasFinished) {
+  SeededRandom random(1);
+  const Message message = random_message(random, 100, 4);
+  RansEncoder encoder;
+  for (const Step& step : message.steps) code(encoder, message, step);
+  const auto bytes = encoder.finish();
+  for (const Step& step : message.steps) code(encoder, message, step);
+  EXPECT_EQ(encoder.finish(), bytes);
+  EXPECT_TRUE(encoder.finish().empty());
+}
+
+TEST(Rans, BytesAreAsManyAsTheSymbolsCost) {
+  SeededRandom random(2);
+  const Message message = random_message(random, 5000, 5);
+  double bits = 0.0;
+  for (const Step& step : message.steps) {
+    bits += step.table < 0
+                ? step.bits
+                : message.tables[static_cast<std::size_t>(step.table)].cost_bits(static_cast<int>(step.value));
+  }
+  const auto size_bits = 8.0 * static_cast<double>(encoded(message).size());
+  EXPECT_LT(size_bits, bits * 1.002 + 32.0);
+  EXPECT_GE(size_bits, bits);
+}
+
+TEST(Rans, EveryTruncationIsNoticed) {
+  std::size_t cut = 0;
+  std::size_t missed = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    SeededRandom random(seed);
+    const Message message = random_message(random, 20 + random.below(300), 4);
+    const auto bytes = encoded(message);
+    for (std::size_t size = 0; size < bytes.size(); ++size) {
+      const ExactBytes shorter{std::span(bytes).first(size)};
+      ++cut;
+      missed += static_cast<std::size_t>(passes(message, shorter.view()));
+    }
+  }
+  EXPECT_EQ(missed, 0U) << "of " << cut;
+}
+
+TEST(Rans, SurplusBytesAreNoticed) {
+  SeededRandom random(7);
+  const Message message = random_message(random, 200, 4);
+  for (std::size_t surplus = 1; surplus <= 4; ++surplus) {
+    auto bytes = encoded(message);
+    bytes.resize(bytes.size() + surplus);
+    EXPECT_FALSE(passes(message, bytes)) << surplus;
+  }
+}
+
+// Symbols of uneven frequencies pass damage on to all that follows. Raw bits do not (each is a value of its own), so a
+// segment notices damage to them only by what its contexts make of the values.
+TEST(Rans, AlmostEveryFlippedBitOfSymbolsIsNoticed) {
+  std::size_t flipped = 0;
+  std::size_t missed = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    SeededRandom random(seed);
+    const Message message = random_message(random, 600, 1U << 31U);
+    ExactBytes bytes(encoded(message));
+    for (std::size_t bit = 0; bit < bytes.view().size() * 8; ++bit) {
+      bytes.flip(bit);
+      ++flipped;
+      missed += static_cast<std::size_t>(passes(message, bytes.view()));
+      bytes.flip(bit);
+    }
+  }
+  std::printf("[  figures ] %zu of %zu flipped bits went unnoticed\n", missed, flipped);
+  EXPECT_GT(flipped, 50000U);
+  EXPECT_LT(static_cast<double>(missed), 0.001 * static_cast<double>(flipped));
+}
+
+TEST(Rans, AnyBytesAreSafe) {
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    const Message message = random_message(random, 200, 3);
+    std::vector<std::byte> noise(random.below(120));
+    for (std::byte& b : noise) b = static_cast<std::byte>(random.below(256));
+    const ExactBytes bytes(noise);
+    RansDecoder decoder(bytes.view());
+    for (const Step& step : message.steps) {
+      const unsigned value = code(decoder, message, step);
+      if (step.table < 0) {
+        ASSERT_LT(value, 1U << step.bits);
+      } else {
+        ASSERT_LT(static_cast<int>(value), message.tables[static_cast<std::size_t>(step.table)].symbol_count());
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fanstream

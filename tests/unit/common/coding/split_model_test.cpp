@@ -1,0 +1,150 @@
+#include "common/coding/split_model.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/exact_bytes.h"
+#include "tests/support/seeded_random.h"
+
+namespace fanstream {
+namespace {
+
+using testing::ExactBytes;
+using testing::SeededRandom;
+
+std::vector<std::byte> written(const SplitStatistics& statistics) {
+  ByteWriter out;
+  statistics.write(out);
+  return out.take();
+}
+
+void expect_equal(const SplitStatistics& a, const SplitStatistics& b) {
+  for (int t = 0; t < SymbolContexts::kTables; ++t) {
+    const auto table = static_cast<std::size_t>(t);
+    for (std::size_t s = 0; s < static_cast<std::size_t>(SymbolContexts::symbol_count(t)); ++s) {
+      ASSERT_EQ(a.symbols[table][s], b.symbols[table][s]) << "table " << t << ", symbol " << s;
+    }
+  }
+  ASSERT_EQ(a.weights, b.weights);
+  ASSERT_EQ(a.spreads, b.spreads);
+}
+
+SplitStatistics random_statistics(SeededRandom& random, std::uint32_t changed_one_in) {
+  SplitStatistics s = SplitStatistics::built_in();
+  for (auto& table : s.symbols) {
+    if (!random.one_in(changed_one_in)) continue;
+    for (std::uint8_t& share : table) share = static_cast<std::uint8_t>(random.below(32));
+  }
+  for (auto& weights : s.weights) {
+    if (!random.one_in(changed_one_in)) continue;
+    for (std::int8_t& w : weights) w = static_cast<std::int8_t>(random.between(-128, 127));
+  }
+  for (std::int8_t& spread : s.spreads) {
+    if (random.one_in(changed_one_in)) spread = static_cast<std::int8_t>(random.between(-64, 127));
+  }
+  return s;
+}
+
+TEST(SplitModel, StatisticsComeBack) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    const SplitStatistics statistics = random_statistics(random, 1 + random.below(20));
+    const ExactBytes bytes(written(statistics));
+    ByteReader in(bytes.view());
+    const Result<SplitStatistics> read = SplitStatistics::read(in);
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(in.remaining(), 0U);
+    expect_equal(*read, statistics);
+  }
+}
+
+TEST(SplitModel, BuiltInStatisticsTakeFewBytes) {
+  const auto bytes = written(SplitStatistics::built_in());
+  EXPECT_LT(bytes.size(), 40U);
+  ByteReader in(bytes);
+  const Result<SplitStatistics> read = SplitStatistics::read(in);
+  ASSERT_TRUE(read);
+  expect_equal(*read, SplitStatistics::built_in());
+}
+
+TEST(SplitModel, EveryTruncationIsAnErrorThatNamesTheByte) {
+  SeededRandom random(8);
+  const auto bytes = written(random_statistics(random, 12));
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    const ExactBytes shorter{std::span(bytes).first(size)};
+    ByteReader in(shorter.view());
+    const Result<SplitStatistics> read = SplitStatistics::read(in);
+    ASSERT_FALSE(read) << "cut to " << size;
+    EXPECT_NE(read.error().message.find("byte"), std::string::npos) << read.error().message;
+  }
+}
+
+TEST(SplitModel, DamageIsAnErrorOrStatisticsInRange) {
+  SeededRandom random(9);
+  ExactBytes bytes(written(random_statistics(random, 12)));
+  for (std::size_t bit = 0; bit < bytes.view().size() * 8; ++bit) {
+    bytes.flip(bit);
+    ByteReader in(bytes.view());
+    const Result<SplitStatistics> read = SplitStatistics::read(in);
+    if (read) {
+      for (int t = 0; t < SymbolContexts::kTables; ++t) {
+        for (int s = 0; s < SymbolContexts::symbol_count(t); ++s) {
+          ASSERT_LE(read->symbols[static_cast<std::size_t>(t)][static_cast<std::size_t>(s)], 31);
+        }
+      }
+      const SplitModel model(*read);  // and a model can be made of them
+      ASSERT_EQ(model.symbols.front().symbol_count(), SymbolContexts::symbol_count(0));
+    }
+    bytes.flip(bit);
+  }
+}
+
+TEST(SplitModel, CodedSharesStandForTheFrequencies) {
+  const std::vector<double> counts{50, 1000, 0, 200, 3};
+  double sum = 0.0;
+  for (const double c : counts) sum += c;
+  std::vector<std::uint8_t> shares;
+  for (const double c : counts) shares.push_back(coded_share(c, sum));
+  EXPECT_EQ(shares[2], 31);
+  const FrequencyTable table = table_of(shares);
+  for (std::size_t s = 0; s < counts.size(); ++s) {
+    // A quarter of a bit either way, then all shares are made to add up.
+    const double share = table.frequency(static_cast<int>(s)) / double{FrequencyTable::kTotal};
+    EXPECT_NEAR(share, counts[s] / sum, 0.25 * counts[s] / sum + 0.001) << s;
+  }
+}
+
+TEST(SplitModel, EveryContextHasItsOwnTable) {
+  std::vector<int> seen(SymbolContexts::kTables, 0);
+  const auto see = [&](int table, int symbols) {
+    ASSERT_GE(table, 0);
+    ASSERT_LT(table, SymbolContexts::kTables);
+    ASSERT_EQ(SymbolContexts::symbol_count(table), symbols);
+    ++seen[static_cast<std::size_t>(table)];
+  };
+  for (std::uint32_t size = 0; size < 300; ++size) {
+    for (std::uint32_t age = 0; age < 260; ++age) see(SymbolContexts::split_count(size, age), 5);
+    see(SymbolContexts::opening(size), 4);
+    for (int o = 0; o < 4; ++o) see(SymbolContexts::length(static_cast<Opening>(o), size), 32);
+    for (std::uint32_t length = 1; length < 40; ++length) see(SymbolContexts::rank(size, length), 32);
+  }
+  for (const bool last : {false, true}) {
+    for (const bool open : {false, true}) see(SymbolContexts::parent(last, open), 3);
+  }
+  for (std::size_t t = 0; t < seen.size(); ++t) EXPECT_GT(seen[t], 0) << "table " << t << " is never used";
+}
+
+TEST(SplitModel, SpreadContextsAreInRange) {
+  for (const float size : {0.0F, 1.0e-30F, 0.3F, 1.0F, 77.0F, 1.0e6F, 1.0e18F}) {
+    ASSERT_GE(SpreadContexts::size_class(size), 0);
+    ASSERT_LT(SpreadContexts::size_class(size), SpreadContexts::kSizes);
+    for (const float bend : {0.0F, 0.1F, 5.0F, 1.0e6F}) {
+      ASSERT_GE(SpreadContexts::normal(bend, size), SpreadContexts::kNormal);
+      ASSERT_LT(SpreadContexts::normal(bend, size), SpreadContexts::kMiddleShift);
+    }
+  }
+  EXPECT_EQ(SpreadContexts::size_class(2.0F), SpreadContexts::size_class(1.0F) + 2);  // half octaves
+}
+
+}  // namespace
+}  // namespace fanstream

@@ -1,0 +1,65 @@
+#include "common/fans/fan_split.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/seeded_random.h"
+
+namespace fanstream {
+namespace {
+
+constexpr ParentPosition kAll[] = {ParentPosition::kept, ParentPosition::middle, ParentPosition::added};
+
+TEST(FanSplit, PlacesAfterASplitAreThoseBeforeTheMerge) {
+  for (const ParentPosition parent : kAll) {
+    for (std::uint32_t generation = 0; generation < 4; ++generation) {
+      for (int x = -5; x <= 5; ++x) {
+        for (int y = -5; y <= 5; ++y) {
+          const GridPoint kept(7, -3, 2);
+          const GridPoint added = kept + GridPoint(x, y, x - y);
+          const GridPoint merged = place_after_merge(kept, added, parent, generation);
+          const SplitPlaces places = places_after_split(merged, parent, added - kept, generation);
+          ASSERT_EQ(places.kept, kept) << static_cast<int>(parent) << " " << generation << " " << x << " " << y;
+          ASSERT_EQ(places.added, added) << static_cast<int>(parent) << " " << generation << " " << x << " " << y;
+        }
+      }
+    }
+  }
+}
+
+TEST(FanSplit, AMergeTakesTheParentBackToItsPlace) {
+  testing::SeededRandom random(4);
+  for (int i = 0; i < 5000; ++i) {
+    const auto coordinate = [&] { return random.between(-(1 << 20), 1 << 20); };
+    const GridPoint parent(coordinate(), coordinate(), coordinate());
+    const GridPoint displacement(coordinate(), coordinate(), coordinate());
+    for (const ParentPosition position : kAll) {
+      for (std::uint32_t generation = 1; generation <= 2; ++generation) {
+        const SplitPlaces places = places_after_split(parent, position, displacement, generation);
+        ASSERT_EQ(places.added - places.kept, displacement);
+        ASSERT_EQ(place_after_merge(places.kept, places.added, position, generation), parent);
+      }
+    }
+  }
+}
+
+TEST(FanSplit, TheMiddleOfAnOddDisplacementIsRoundedDownInEvenGenerationsAndUpInOdd) {
+  EXPECT_EQ(place_after_merge({0, 0, 0}, {3, -3, 1}, ParentPosition::middle, 2), GridPoint(1, -2, 0));
+  EXPECT_EQ(place_after_merge({0, 0, 0}, {3, -3, 1}, ParentPosition::middle, 1), GridPoint(2, -1, 1));
+  EXPECT_EQ(halfway_offset({4, -4, 0}, 0), halfway_offset({4, -4, 0}, 1));
+}
+
+TEST(FanSplit, ParentsAtAnEndStayThere) {
+  const GridPoint kept(1, 2, 3);
+  const GridPoint added(4, 8, -3);
+  EXPECT_EQ(place_after_merge(kept, added, ParentPosition::kept, 1), kept);
+  EXPECT_EQ(place_after_merge(kept, added, ParentPosition::added, 1), added);
+}
+
+TEST(FanSplit, TheCanonicalRingStartsAtItsSmallestNumber) {
+  const std::vector<VertexId> ring{8, kOutside, 5, 2, 9};
+  EXPECT_EQ(canonical_start(ring), 3U);
+  EXPECT_EQ(canonical_start(std::vector<VertexId>{kOutside, 7, 6}), 2U);
+}
+
+}  // namespace
+}  // namespace fanstream
