@@ -70,7 +70,8 @@ class ProgressiveMesh {
   bool surroundings_ready(Cell& cell, std::uint32_t cell_number);
   void find_neighbours(Cell& cell, std::uint32_t cell_number);
   Result<void> apply_generation(std::uint32_t cell_number);
-  Result<void> finish_layer(Cell& cell, const CellEntry& entry, std::uint32_t layer);
+  Result<void> decode_generation(Cell& cell, const CellEntry& entry, std::uint32_t generation);
+  void roll_back(std::uint32_t cell_number, std::uint32_t target, std::uint32_t generation);
   void complete_cell(Cell& cell, const CellEntry& entry);
   std::uint64_t undo_generation(std::uint32_t cell_number);
   void retract_children(Cell& cell, std::uint32_t cell_number);
