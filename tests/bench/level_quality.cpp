@@ -60,9 +60,10 @@ Result<LevelShape> shape_of(const TriangleMesh& level, const TriangleMesh& full,
 }
 
 Result<LevelShape> peer_shape(const TriangleMesh& start, std::size_t triangles, const TriangleMesh& full,
-                              const TriangleTree& tree, std::size_t face_samples) {
-  const Result<SimplifyResult> peer = simplify_with_meshoptimizer(start, {triangles});
+                              const TriangleTree& tree, const PositionGrid& grid, std::size_t face_samples) {
+  Result<SimplifyResult> peer = simplify_with_meshoptimizer(start, {triangles});
   if (!peer) return tl::unexpected(peer.error());
+  for (glm::dvec3& p : peer->mesh.positions) p = grid.decode(grid.encode(p));
   Result<LevelShape> shape = shape_of(peer->mesh, full, tree, face_samples);
   if (!shape) return tl::unexpected(with_context(shape.error(), "meshoptimizer's level"));
   return shape;
@@ -88,9 +89,9 @@ Result<std::vector<LevelQuality>> measure_levels(const TriangleMesh& full, const
     replay.refine_to(level.vertices);
     const Result<LevelShape> ours = shape_of(replay.mesh(), full, *tree, face_samples);
     if (!ours) return tl::unexpected(with_context(ours.error(), "our level"));
-    const Result<LevelShape> peer = peer_shape(full, ours->triangles, full, *tree, face_samples);
+    const Result<LevelShape> peer = peer_shape(full, ours->triangles, full, *tree, grid, face_samples);
     if (!peer) return tl::unexpected(peer.error());
-    const Result<LevelShape> peer_original = peer_shape(original, ours->triangles, full, *tree, face_samples);
+    const Result<LevelShape> peer_original = peer_shape(original, ours->triangles, full, *tree, grid, face_samples);
     if (!peer_original) return tl::unexpected(peer_original.error());
     level.ours = *ours;
     level.peer = *peer;

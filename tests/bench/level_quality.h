@@ -46,8 +46,9 @@ struct LevelQuality {
   double share = 0.0;  // of the full model's vertices
   std::uint32_t vertices = 0;
   LevelShape ours;
-  LevelShape peer;           // meshoptimizer, started from the quantised model
-  LevelShape peer_original;  // meshoptimizer, started from the model before it was quantised
+  LevelShape peer;  // meshoptimizer, started from the quantised model
+  LevelShape
+      peer_original;  // meshoptimizer, started from the model before it was quantised; its result put on the grid
 
   // Vertices that share a grid point can keep meshoptimizer from going on; then the levels cannot be compared.
   static bool comparable(const LevelShape& ours, const LevelShape& peer) {
