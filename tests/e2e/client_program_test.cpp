@@ -144,7 +144,7 @@ TEST_F(ClientProgram, SnapshotsGoFromTheBaseToTheWholeModel) {
   EXPECT_EQ(levels.back()["bytes"], asset()->size_bytes());
   for (std::size_t i = 1; i < levels.size(); ++i) {
     EXPECT_GT(levels[i]["vertices"], levels[i - 1]["vertices"]);
-    EXPECT_GT(levels[i]["bytes"], levels[i - 1]["bytes"]);
+    EXPECT_GE(levels[i]["bytes"], levels[i - 1]["bytes"]);  // two levels may lie within one layer
   }
   EXPECT_GT(std::filesystem::file_size(out("levels.png")), 5000U);
 }

@@ -98,7 +98,7 @@ TEST(PositionGrid, ContainsExactlyItsCodes) {
 
 TEST(PositionGrid, DefaultBitsFollowTheMeanEdge) {
   EXPECT_EQ(PositionGrid::default_bits(testing::make_grid(10, 10)), 10);
-  EXPECT_EQ(PositionGrid::default_bits(testing::make_grid(500, 1)), 12);  // 8 * 500 needs 11.97 bits
+  EXPECT_EQ(PositionGrid::default_bits(testing::make_grid(500, 1)), 14);  // 24 * 500 needs 13.55 bits
   EXPECT_EQ(PositionGrid::default_bits({}), 10);
 }
 

@@ -63,7 +63,7 @@ TEST(SplitTraining, FindsTheWeightsThatWereUsed) {
     const RingGeometry geometry = ring.geometry(glm::vec3(1.0F));
     const RingFeatures features = ring_features(geometry, shape);
     glm::vec3 place(0.0F);
-    for (std::size_t f = 0; f < 4; ++f) place += static_cast<float>(wanted[f]) / 64.0F * features.features[f];
+    for (std::size_t f = 0; f < 4; ++f) place += static_cast<float>(wanted[f]) / 64.0F * to_vec3(features.features[f]);
     FanSplit split = shape;
     split.displacement = GridPoint(glm::round(place));
     training.observe(geometry, split, glm::vec3(1.0F));
