@@ -129,24 +129,31 @@ std::span<const std::byte> AssetFile::segment(std::uint32_t cell, std::uint32_t 
   return bytes_.subspan(entry.offset, entry.size_bytes);
 }
 
-// The digest is wrong: says in which section, as far as the sections' own checks can tell. Segments have none, a
-// decoder finds most damage in them, and the network checks each frame.
+// The digest is wrong: says where the damage lies as far as the parts' own checks can tell.
 Error AssetFile::damage() const {
   const auto error = [this](const std::string& where) {
     return Error{ErrorKind::bad_input, name_ + ": damaged " + where + "; copy or build the asset again"};
   };
-  const std::uint64_t index_begin = preamble_.head_bytes;
-  const std::uint64_t segments_begin = index_begin + preamble_.index_bytes;
+  const std::string in_head = fmt::format("in the digest or the head, bytes 32 to {}", preamble_.head_bytes - 1);
   const Result<AssetHead> head = read_head(this->head(), "the head");
-  if (!head) return error(fmt::format("in the head, bytes 32 to {} ({})", index_begin - 1, head.error().message));
-  if (!believable(head->vertex_count)) return error(fmt::format("in the head, bytes 32 to {}", index_begin - 1));
+  if (!head) return error(in_head + " (" + head.error().message + ")");
+  if (!believable(head->vertex_count)) return error(in_head);
   const Result<AssetIndex> index = read_index(this->index(), preamble_, *head, "the index");
   if (!index) {
-    return error(
-        fmt::format("in the head or the cell table, bytes 32 to {} ({})", segments_begin - 1, index.error().message));
+    return error(fmt::format("before byte {}, in the head or the cell table ({})",
+                             preamble_.head_bytes + preamble_.index_bytes, index.error().message));
   }
-  return error(fmt::format("(its content does not have its digest), most likely in the segments, bytes {} to {}",
-                           segments_begin, bytes_.size() - 1));
+  for (std::size_t c = 0; c < index->cells.size(); ++c) {
+    for (std::uint32_t s = 0; s < index->cells[c].segment_count; ++s) {
+      const SegmentEntry& entry = index->segments[index->cells[c].first_segment + s];
+      if (segment_checksum(bytes_.subspan(entry.offset, entry.size_bytes)) == entry.checksum || entry.size_bytes == 0)
+        continue;
+      return error(fmt::format("in cell {} segment {}, bytes {} to {}", c, s, entry.offset,
+                               entry.offset + entry.size_bytes - 1));
+    }
+  }
+  return error(fmt::format("in the digest, the head or the cell table, bytes 32 to {}",
+                           preamble_.head_bytes + preamble_.index_bytes - 1));
 }
 
 std::string text_of(const Digest& digest) {

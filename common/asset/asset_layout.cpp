@@ -138,7 +138,7 @@ Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string&
   for (const GridPoint& place : head.base.places) {
     if (!head.grid.contains(place)) return fail(ErrorKind::bad_input, name + ": FM0 has a vertex off the grid");
   }
-  if (head.root_cell_count == 0 ? !head.layer_ends.empty() : head.root_cell_count > head.base.places.size()) {
+  if ((head.root_cell_count == 0) != head.layer_ends.empty() || head.root_cell_count > head.base.places.size()) {
     return fail(ErrorKind::bad_input, name + ": impossible number of cells for FM0");
   }
   return head;

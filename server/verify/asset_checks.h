@@ -15,8 +15,8 @@ struct AssetCheck {
       run;  // what was found, in a few words; or an Error that begins with the asset's name
 };
 
-// In this order (an asset that could be opened has counts that add up):
-// - digest: of the content as it is now
+// In this order (an asset that could be opened has the right digest and counts that add up):
+// - checksums: every segment's own
 // - refinement: all segments together give the stated number of vertices, triangles and components, and a manifold
 // - order: the same segments in another (seeded) order, refined after each few, give the same mesh: nothing depends on
 // more than

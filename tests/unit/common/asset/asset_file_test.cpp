@@ -38,6 +38,20 @@ Error error_of(const std::vector<std::byte>& bytes) {
   return opened ? Error{} : opened.error();
 }
 
+// The same file with another head, and a digest that fits.
+std::vector<std::byte> forged(const AssetFile& asset, const AssetHead& head) {
+  ByteWriter body;
+  write_head(head, asset.head().last(head.base_bytes), body);
+  AssetPreamble preamble = asset.preamble();
+  preamble.head_bytes = kPreambleBytes + body.size();
+  body.bytes(asset.bytes().subspan(asset.head().size()));
+  preamble.digest = content_digest(body.view());
+  ByteWriter file;
+  write_preamble(preamble, file);
+  file.bytes(body.view());
+  return file.take();
+}
+
 TEST(AssetFile, HeadIndexAndSegmentsAreTheWholeFile) {
   const TemporaryFolder folder;
   const std::vector<std::byte> bytes = small_asset();
@@ -103,19 +117,37 @@ TEST(AssetFile, EveryFlippedByteIsFound) {
   }
 }
 
-TEST(AssetFile, DamagedSectionIsNamed) {
-  const std::vector<std::byte> bytes = small_asset();
+TEST(AssetFile, DamagedSegmentIsNamed) {
+  std::vector<std::byte> bytes = small_asset();
   const auto asset = AssetFile::from_memory(bytes, "x.fan");
   ASSERT_TRUE(asset.has_value());
-  const std::size_t segments_begin = (*asset)->head().size() + (*asset)->index().size();
-  std::vector<std::byte> damaged = bytes;
-  damaged.back() ^= std::byte{1};
-  EXPECT_NE(error_of(damaged).message.find("in the segments, bytes " + std::to_string(segments_begin)),
-            std::string::npos);
-  damaged = bytes;
-  damaged[kPreambleBytes] = std::byte{0};  // the lowest bits of the vertex count
-  const std::string message = error_of(damaged).message;
-  EXPECT_NE(message.find("in the head"), std::string::npos) << message;
+  const std::uint32_t cell = (*asset)->cell_count() - 1;
+  std::uint32_t segment = 0;
+  while ((*asset)->segment(cell, segment).empty()) ++segment;
+  const std::size_t place =
+      static_cast<std::size_t>((*asset)->segment(cell, segment).data() - (*asset)->bytes().data());
+  bytes[place] ^= std::byte{1};
+  const std::string message = error_of(bytes).message;
+  EXPECT_NE(message.find("cell " + std::to_string(cell) + " segment " + std::to_string(segment)), std::string::npos)
+      << message;
+  EXPECT_NE(message.find("bytes " + std::to_string(place)), std::string::npos) << message;
+}
+
+TEST(AssetFile, DamagedHeadIsNamed) {
+  std::vector<std::byte> bytes = small_asset();
+  bytes[kPreambleBytes] = std::byte{0};  // the lowest bits of the vertex count
+  const std::string message = error_of(bytes).message;
+  EXPECT_NE(message.find("the head"), std::string::npos) << message;
+}
+
+// Cells without layers to refine them by: found by fuzzing.
+TEST(AssetFile, CellsWithoutLayersAreRefused) {
+  const auto asset = AssetFile::from_memory(small_asset(testing::make_grid(1, 1)), "x.fan");
+  ASSERT_TRUE(asset.has_value());
+  AssetHead head = *(*asset)->asset_head();
+  ASSERT_TRUE(head.layer_ends.empty());
+  head.root_cell_count = 1;
+  EXPECT_FALSE(AssetFile::from_memory(forged(**asset, head), "x.fan").has_value());
 }
 
 TEST(AssetFile, AnotherVersionIsSaidToBeOne) {
@@ -155,16 +187,7 @@ TEST(AssetFile, VertexCountOutOfProportionIsRefused) {
   ASSERT_TRUE(asset.has_value());
   AssetHead head = *(*asset)->asset_head();
   head.vertex_count = kMostVertices;
-  ByteWriter body;
-  write_head(head, (*asset)->head().last(head.base_bytes), body);
-  AssetPreamble preamble = (*asset)->preamble();
-  preamble.head_bytes = kPreambleBytes + body.size();
-  body.bytes((*asset)->bytes().subspan((*asset)->head().size()));
-  preamble.digest = content_digest(body.view());
-  ByteWriter file;
-  write_preamble(preamble, file);
-  file.bytes(body.view());
-  const Error error = error_of(file.take());
+  const Error error = error_of(forged(**asset, head));
   EXPECT_EQ(error.kind, ErrorKind::limit) << error.message;
 }
 
