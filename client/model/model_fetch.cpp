@@ -14,7 +14,6 @@ namespace fanstream {
 namespace {
 
 constexpr std::size_t kRefineBytes = 64 * 1024;  // received between two refinements on the way to the whole model
-constexpr double kWantAhead = 1.05;              // how much more is asked for than a number of vertices seems to take
 
 std::int64_t now_us() {
   using std::chrono::steady_clock;
@@ -94,12 +93,6 @@ std::size_t ModelFetch::end_for_bytes(std::uint64_t bytes) const {
   return end;
 }
 
-std::size_t ModelFetch::end_for_vertices(double vertices) const {
-  const auto enough = [](const OrderedSegment& segment, double wanted) { return segment.estimated_vertices < wanted; };
-  const auto last = std::lower_bound(order_.begin(), order_.end(), vertices, enough);
-  return std::min(order_.size(), static_cast<std::size_t>(last - order_.begin()) + 1);
-}
-
 void ModelFetch::tell(const FetchGoal& goal) const {
   if (!options_.on_progress) return;
   const std::uint64_t full = mesh_->head().vertex_count;
@@ -128,13 +121,14 @@ Result<void> ModelFetch::take(std::size_t end, const FetchGoal& goal) {
     ++taken_;
     report_.bytes.segments += bytes.size();
     bytes_since += bytes.size();
-    if (bytes_since < kRefineBytes) continue;
+    if (bytes_since < kRefineBytes || goal.vertices) continue;
     bytes_since = 0;
     if (const Result<std::uint64_t> refined = mesh_->refine(); !refined)
       broken = with_context(refined.error(), source_->name());
     tell(goal);
   }
-  if (const Result<std::uint64_t> refined = mesh_->refine(); !refined && !broken) {
+  const std::uint64_t limit = std::min<std::uint64_t>(goal.vertices.value_or(kMostVertices), kMostVertices);
+  if (const Result<std::uint64_t> refined = mesh_->refine(static_cast<std::uint32_t>(limit)); !refined && !broken) {
     broken = with_context(refined.error(), source_->name());
   }
   tell(goal);
@@ -150,29 +144,24 @@ Result<void> ModelFetch::advance_to_position(std::size_t end, const FetchGoal& g
   return take(end, goal);
 }
 
-// Halves the distance until a single segment is left, so that the outcome does not depend on how the estimate errs
-// much.
+// Layer by layer, and within the last one generation by generation, so that the level is equally fine everywhere.
 Result<void> ModelFetch::advance_to_vertices(std::uint64_t vertices) {
   const FetchGoal goal{vertices, {}};
+  // An earlier, smaller goal may have left segments that are held but not applied.
+  if (Result<void> applied = take(taken_, goal); !applied) return applied;
   while (mesh_->vertex_count() < vertices && taken_ < order_.size()) {
-    const double missing = static_cast<double>(vertices - mesh_->vertex_count());
-    const double before =
-        taken_ == 0 ? static_cast<double>(mesh_->vertex_count()) : order_[taken_ - 1].estimated_vertices;
-    const std::size_t half = std::max(taken_ + 1, end_for_vertices(before + missing / 2) - 1);
-    const std::size_t ahead = std::max(half, end_for_vertices(before + missing * kWantAhead));
-    if (half > wanted_) {
-      if (Result<void> asked = source_->want(order_, ahead); !asked) return asked;
-      wanted_ = ahead;
-    }
-    if (Result<void> taken = take(std::min(half, order_.size()), goal); !taken) return taken;
+    std::size_t end = taken_;
+    while (end < order_.size() && order_[end].layer == order_[taken_].layer) ++end;
+    if (Result<void> reached = advance_to_position(end, goal); !reached) return reached;
   }
   return {};
 }
 
-Result<void> ModelFetch::finish() {
+Result<void> ModelFetch::finish(const FetchGoal& goal) {
   report_.seconds.complete = elapsed_s();
   if (!mesh_->has_index() || taken_ < order_.size() || verified_) return {};
   if (!mesh_->is_complete()) {
+    if (goal.vertices && mesh_->vertex_count() >= *goal.vertices) return {};
     return fail(ErrorKind::bad_input, fmt::format("{}: all segments came, but refinement stops at {} of {} vertices",
                                                   source_->name(), mesh_->vertex_count(), mesh_->head().vertex_count));
   }
@@ -205,7 +194,7 @@ Result<void> ModelFetch::advance(const FetchGoal& goal) {
                            : advance_to_position(goal.bytes ? end_for_bytes(*goal.bytes) : order_.size(), goal);
     }
   }
-  if (done) done = finish();
+  if (done) done = finish(goal);
   if (done) return done;
   failed_ = true;
   report_.seconds.complete = elapsed_s();

@@ -14,9 +14,8 @@ namespace fanstream {
 
 // How much of a model is wanted; without either, all of it. FM0 always comes.
 struct FetchGoal {
-  // Segments are taken, coarse to fine, until the mesh has at least so many vertices. The granularity is a segment
-  // (some fifty splits of one cell, see BuildOptions::segment_splits), so the mesh is a little above the goal; the same
-  // goal always gives the same mesh, over any network.
+  // Layers are received, coarse to fine, until they hold so many vertices, and applied generation by generation up to
+  // the goal or one cell's share of a generation more; the same goal always gives the same mesh, over any network.
   std::optional<std::uint64_t> vertices;
   // As many segments as fit into so many received bytes, head and index and what the protocol adds included.
   std::optional<std::uint64_t> bytes;
@@ -73,9 +72,8 @@ class ModelFetch {
   Result<void> advance_to_vertices(std::uint64_t vertices);
   Result<void> advance_to_position(std::size_t end, const FetchGoal& goal);
   Result<void> take(std::size_t end, const FetchGoal& goal);
-  Result<void> finish();
+  Result<void> finish(const FetchGoal& goal);
   std::size_t end_for_bytes(std::uint64_t bytes) const;
-  std::size_t end_for_vertices(double vertices) const;
   double elapsed_s() const;
   void tell(const FetchGoal& goal) const;
   Error described(const Error& error) const;

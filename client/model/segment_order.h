@@ -13,9 +13,7 @@ struct OrderedSegment {
   std::uint32_t cell = 0;
   std::uint32_t segment = 0;
   std::uint32_t size_bytes = 0;
-  // How many vertices the mesh has with this segment and all before it. Exact where a slab of generations ends; in
-  // between as if every byte of a slab made equally many.
-  double estimated_vertices = 0.0;
+  std::uint32_t layer = 0;
 };
 
 // By layer, then by cell. Every prefix of it can be refined but for splits that wait for a neighbouring cell.

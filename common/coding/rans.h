@@ -62,8 +62,8 @@ class RansDecoder {
     consume(slot, value << shift, 1U << shift);
     return value;
   }
-  // True if all bytes were used, none was missing, and the state is the one that encoding starts from: damaged bytes
-  // practically never pass.
+  // True if all bytes were used, none was missing, and the state is the one that encoding starts from. Damaged
+  // symbols hardly ever pass; damage to raw bits alone can (CODING.md), which is what checksums are for.
   bool finished_cleanly() const { return !overran_ && next_ == bytes_.size() && state_ == kStart; }
   bool overran() const { return overran_; }
 

@@ -39,7 +39,7 @@ class ResidualTables {
 template <class Coder>
 std::int32_t ResidualTables::code(Coder& coder, float mean, float spread, std::int32_t value) const {
   // Far-off predictions can only come from damaged data; the clamp keeps the arithmetic defined.
-  constexpr float kFar = 1.0e8F;
+  constexpr float kFar = 16777216.0F;  // with it, every value within 2^24 of 0 is coded exactly
   const float bounded = mean > kFar ? kFar : mean < -kFar ? -kFar : mean == mean ? mean : 0.0F;
   auto base = static_cast<std::int32_t>(bounded);
   float fraction = bounded - static_cast<float>(base);

@@ -1,7 +1,9 @@
 #include "common/coding/ring_geometry.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace fanstream {
 
@@ -83,6 +85,13 @@ std::uint32_t RingGeometry::rank_of_first(std::uint32_t length, std::uint32_t fi
 
 std::uint32_t RingGeometry::first_of_rank(std::uint32_t length, std::uint32_t rank) const {
   reaches(length);
+  constexpr std::uint32_t kFewRounds = 64;
+  if (rank > kFewRounds) {  // only hubs of very long rings come here
+    std::vector<std::uint32_t> order(size_);
+    std::iota(order.begin(), order.end(), 0U);
+    std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) { return reaches_[a] > reaches_[b]; });
+    return order[rank];
+  }
   for (std::uint32_t round = 0;; ++round) {
     std::uint32_t best = 0;
     for (std::uint32_t i = 1; i < size_; ++i) {

@@ -47,7 +47,7 @@ int PositionGrid::default_bits(const TriangleMesh& mesh) {
   for (const Triangle& t : mesh.triangles) total += glm::length(mesh.positions[t[1]] - mesh.positions[t[0]]);
   if (!(total > 0.0) || !(longest > 0.0)) return 10;
   const double edge = total / static_cast<double>(mesh.triangles.size());
-  return std::clamp(static_cast<int>(std::ceil(std::log2(8.0 * longest / edge))), 10, 16);
+  return std::clamp(static_cast<int>(std::ceil(std::log2(24.0 * longest / edge))), 10, 16);
 }
 
 void PositionGrid::set_values(int axis, std::vector<std::int32_t> values) {

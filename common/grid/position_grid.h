@@ -23,7 +23,8 @@ class PositionGrid {
   PositionGrid() = default;
   // The grid of a model. Precondition: positions are finite and not empty, bits in [kLeastPositionBits, kMostPositionBits].
   static PositionGrid fit(const std::vector<glm::dvec3>& positions, int bits);
-  // Bits at which one step is an eighth of the mean edge length, within 10..16: finer steps would code noise.
+  // Bits at which one step is at most a 24th of the mean edge length, within 10..16: coarser steps show in shaded normals,
+  // finer ones code noise.
   static int default_bits(const TriangleMesh& mesh);
 
   int bits() const { return bits_; }

@@ -124,41 +124,42 @@ bool ProgressiveMesh::surroundings_ready(Cell& cell, std::uint32_t cell_number) 
   }
 }
 
-Result<void> ProgressiveMesh::finish_layer(Cell& cell, const CellEntry& entry, std::uint32_t layer) {
+// Decodes a generation's splits and looks whether they end where the segment and the cell do.
+Result<void> ProgressiveMesh::decode_generation(Cell& cell, const CellEntry& entry, std::uint32_t generation) {
+  const std::uint32_t layer = layer_of(generation);
   const std::uint32_t segment = layer - head_->layer_begin(entry.slab);
   const bool empty = index_->segments[entry.first_segment + segment].size_bytes == 0;
-  const bool last = cell.done == slab_end(entry.slab);
-  if ((empty || cell.decoder.finished_cleanly()) && (!last || cell.vertices.made == entry.split_count)) return {};
-  return fail(ErrorKind::bad_input, "cell " + std::to_string(cell.vertices.cell) + " segment " +
-                                        std::to_string(segment) + ": its splits do not fill the segment");
+  if (!empty) {
+    if (generation == head_->first_generation(layer)) cell.decoder = RansDecoder(cell.segments[segment]);
+    DecodedSplits source{cell.undo};
+    Result<void> coded = code_generation(state_, cell.vertices, generation, cell.decoder, source, coding_);
+    if (!coded) return coded;
+  }
+  const bool overran = !empty && cell.decoder.overran();
+  const bool unfinished = generation == head_->layer_ends[layer] && !empty && !cell.decoder.finished_cleanly();
+  const bool incomplete = generation == slab_end(entry.slab) && cell.vertices.made != entry.split_count;
+  if (!overran && !unfinished && !incomplete) return {};
+  return fail(ErrorKind::bad_input, "cell " + std::to_string(cell.vertices.cell) + " segment " + std::to_string(segment) +
+                                        ": its splits do not fill the segment");
 }
 
 Result<void> ProgressiveMesh::apply_generation(std::uint32_t cell_number) {
   Cell& cell = cells_[cell_number];
   const CellEntry& entry = index_->cells[cell_number];
   const std::uint32_t generation = cell.done + 1;
-  const std::uint32_t layer = layer_of(generation);
-  const std::uint32_t segment = layer - head_->layer_begin(entry.slab);
-  cell.made_before.push_back(cell.vertices.made);
-  if (index_->segments[entry.first_segment + segment].size_bytes != 0) {
-    if (generation == head_->first_generation(layer)) cell.decoder = RansDecoder(cell.segments[segment]);
-    DecodedSplits source{cell.undo};
-    const std::uint32_t before = cell.vertices.made;
-    Result<void> coded = code_generation(state_, cell.vertices, generation, cell.decoder, source, coding_);
-    vertex_count_ += cell.vertices.made - before;
-    applied_ += cell.vertices.made - before;
-    if (!coded) return coded;
-    if (cell.decoder.overran()) {
-      return fail(ErrorKind::bad_input, "cell " + std::to_string(cell_number) + " segment " + std::to_string(segment) + ": cut short");
-    }
+  const std::uint32_t before = cell.vertices.made;
+  Result<void> decoded = decode_generation(cell, entry, generation);
+  vertex_count_ += cell.vertices.made - before;
+  if (!decoded) {
+    roll_back(cell_number, before, generation);
+    return decoded;
   }
+  applied_ += cell.vertices.made - before;
+  cell.made_before.push_back(before);
   cell.done = generation;
-  if (generation == head_->layer_ends[layer]) {
-    if (Result<void> finished = finish_layer(cell, entry, layer); !finished) return finished;
-  }
   if (generation == slab_end(entry.slab)) {
     complete_cell(cell, entry);
-  } else if (generation == head_->layer_ends[layer]) {
+  } else if (generation == head_->layer_ends[layer_of(generation)]) {
     enqueue(cell_number);
   } else {
     waiting_[generation + 1].push_back(cell_number);
@@ -176,7 +177,7 @@ void ProgressiveMesh::complete_cell(Cell& cell, const CellEntry& entry) {
   if (entry.child_count > 0) start_cells(vertices_of(cell), entry.first_child, entry.child_count, entry.slab + 1);
 }
 
-Result<std::uint64_t> ProgressiveMesh::refine() {
+Result<std::uint64_t> ProgressiveMesh::refine(std::uint32_t vertex_limit) {
   const std::uint64_t before = applied_;
   for (bool changed = true; changed && !failed_;) {
     changed = false;
@@ -184,7 +185,7 @@ Result<std::uint64_t> ProgressiveMesh::refine() {
       std::vector<std::uint32_t> cells;
       cells.swap(waiting_[generation]);
       for (std::size_t i = 0; i < cells.size(); ++i) {
-        if (!surroundings_ready(cells_[cells[i]], cells[i])) {
+        if (vertex_count_ >= vertex_limit || !surroundings_ready(cells_[cells[i]], cells[i])) {
           waiting_[generation].push_back(cells[i]);
           continue;
         }
@@ -210,26 +211,30 @@ void ProgressiveMesh::retract_children(Cell& cell, std::uint32_t cell_number) {
   for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) state_.cells[cell.vertices.at(i)] = cell_number;
 }
 
-std::uint64_t ProgressiveMesh::undo_generation(std::uint32_t cell_number) {
+void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target, std::uint32_t generation) {
   Cell& cell = cells_[cell_number];
-  const auto mark = static_cast<std::uint8_t>(cell.done);
-  if (cell.done == slab_end(index_->cells[cell_number].slab)) retract_children(cell, cell_number);
-  const std::uint32_t target = cell.made_before.back();
-  const std::uint32_t undone = cell.vertices.made - target;
+  vertex_count_ -= cell.vertices.made - target;
   while (cell.vertices.made > target) {
     --cell.vertices.made;
-    undo_split(state_, cell_number, cell.done, cell.undo.back(), cell.vertices.first_new + cell.vertices.made);
+    undo_split(state_, cell_number, generation, cell.undo.back(), cell.vertices.first_new + cell.vertices.made);
     cell.undo.pop_back();
   }
+  const auto mark = static_cast<std::uint8_t>(generation);
   for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) {
     std::uint8_t& near_root = state_.contexts[cell.vertices.at(i)].near_root;
     if (near_root == mark) near_root = 0;
   }
+}
+
+std::uint64_t ProgressiveMesh::undo_generation(std::uint32_t cell_number) {
+  Cell& cell = cells_[cell_number];
+  if (cell.done == slab_end(index_->cells[cell_number].slab)) retract_children(cell, cell_number);
+  const std::uint32_t made = cell.vertices.made;
+  roll_back(cell_number, cell.made_before.back(), cell.done);
   cell.made_before.pop_back();
   cell.neighbours_known = false;
   --cell.done;
-  vertex_count_ -= undone;
-  return undone;
+  return made - cell.vertices.made;
 }
 
 std::uint64_t ProgressiveMesh::coarsen_to(std::uint32_t generation) {

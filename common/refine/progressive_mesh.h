@@ -27,9 +27,10 @@ class ProgressiveMesh {
   // checksum differ from the cell table's. Nothing is decoded yet.
   Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
 
-  // Decodes and applies all that can be, coarse to fine; returns how many splits that were. After an error the
-  // mesh stays drawable, but no more is refined.
-  Result<std::uint64_t> refine();
+  // Decodes and applies all that can be, generation by generation, coarse to fine, until the mesh has `vertex_limit` vertices or
+  // one cell's share of a generation more; a later call goes on from there. Returns how many splits were applied. After an
+  // error the mesh stays drawable, but no more is refined.
+  Result<std::uint64_t> refine(std::uint32_t vertex_limit = kMostVertices);
 
   // Undoes every generation finer than `generation` (0 is FM0), keeping the segments: refine() restores them exactly.
   // Only layer borders can be come back to, so it goes down to the next one at or below. Returns the splits undone.
@@ -69,7 +70,8 @@ class ProgressiveMesh {
   bool surroundings_ready(Cell& cell, std::uint32_t cell_number);
   void find_neighbours(Cell& cell, std::uint32_t cell_number);
   Result<void> apply_generation(std::uint32_t cell_number);
-  Result<void> finish_layer(Cell& cell, const CellEntry& entry, std::uint32_t layer);
+  Result<void> decode_generation(Cell& cell, const CellEntry& entry, std::uint32_t generation);
+  void roll_back(std::uint32_t cell_number, std::uint32_t target, std::uint32_t generation);
   void complete_cell(Cell& cell, const CellEntry& entry);
   std::uint64_t undo_generation(std::uint32_t cell_number);
   void retract_children(Cell& cell, std::uint32_t cell_number);

@@ -51,7 +51,7 @@ class Simplifier {
       const auto made = static_cast<std::uint32_t>(history.merges.size()) - history.generation_begin.back();
       if (made != 0) history.generation_begin.push_back(static_cast<std::uint32_t>(history.merges.size()));
       if (made == 0 && everything) break;
-      everything = made < alive_ / 50;
+      everything = made == 0 || made < alive_ / 50;
       if (options_.progress) options_.progress(progress(start));
     }
     history.base = std::move(rings_);

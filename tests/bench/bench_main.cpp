@@ -62,17 +62,21 @@ struct ModelsCommand {
     }
     const std::string machine = describe_machine();
     std::vector<ModelFigures> figures;
+    int code = 0;
     for (std::size_t i = 0; i < files.size(); ++i) {
       options.progress = [&](std::string_view stage) {
         say(fmt::format("[{}/{}] {}: {}", i + 1, files.size(), files[i], stage));
       };
       Result<ModelFigures> measured = measure_model(files[i], options);
-      if (!measured) return tell(measured.error());
-      figures.push_back(std::move(*measured));
+      if (measured) {
+        figures.push_back(std::move(*measured));
+      } else {
+        code = tell(measured.error());  // the others are worth having all the same
+      }
     }
     const ReportFormat format = json ? ReportFormat::json : markdown ? ReportFormat::markdown : ReportFormat::text;
     fmt::print("{}", print_report(figures, {machine, command_line}, format));
-    return 0;
+    return code;
   }
 };
 

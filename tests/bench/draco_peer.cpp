@@ -1,10 +1,11 @@
 #include "tests/bench/draco_peer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <string>
+
+#include "tests/bench/thread_clock.h"
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
@@ -18,10 +19,6 @@
 namespace fanstream::bench {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 void fill(const GridMesh& mesh, draco::Mesh& result) {
   result.set_num_points(static_cast<std::uint32_t>(mesh.positions.size()));
@@ -46,9 +43,9 @@ Result<void> decode(const draco::EncoderBuffer& bytes, const GridMesh& mesh, dou
   draco::DecoderBuffer buffer;
   buffer.Init(bytes.data(), bytes.size());
   draco::Decoder decoder;
-  const Clock::time_point start = Clock::now();
+  const double start = thread_cpu_seconds();
   const auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  seconds = seconds_since(start);
+  seconds = thread_cpu_seconds() - start;
   if (!decoded.ok()) return fail(ErrorKind::bad_input, "Draco cannot decode: " + decoded.status().error_msg_string());
   const std::size_t triangles = decoded.value()->num_faces();
   const std::size_t points = decoded.value()->num_points();
@@ -109,9 +106,9 @@ Result<DracoResult> measure_draco(const GridMesh& mesh, int level, int decode_re
   encoder.SetSpeedOptions(10 - level, 10 - level);
   draco::EncoderBuffer bytes;
   DracoResult result;
-  const Clock::time_point start = Clock::now();
+  const double start = thread_cpu_seconds();
   const draco::Status status = encoder.EncodeMeshToBuffer(input, &bytes);
-  result.encode_seconds = seconds_since(start);
+  result.encode_seconds = thread_cpu_seconds() - start;
   if (!status.ok()) return fail(ErrorKind::bad_input, "Draco cannot encode: " + status.error_msg_string());
 
   std::vector<double> seconds(static_cast<std::size_t>(decode_repetitions));

@@ -49,10 +49,32 @@ TriangleMesh LevelReplay::mesh() const {
   return mesh;
 }
 
-Result<std::vector<LevelQuality>> measure_levels(const TriangleMesh& full, const CodedHistory& coded,
-                                                 const PositionGrid& grid, std::span<const double> shares,
-                                                 std::size_t face_samples) {
-  Result<TriangleTree> tree = TriangleTree::build(full);
+namespace {
+
+Result<LevelShape> shape_of(const TriangleMesh& level, const TriangleMesh& full, const TriangleTree& tree,
+                            std::size_t face_samples) {
+  const Result<MeshDistance> distance = mesh_distance(full, tree, level, {face_samples, 1});
+  if (!distance) return tl::unexpected(distance.error());
+  return LevelShape{static_cast<std::uint32_t>(level.triangles.size()), distance->relative_rms(),
+                    distance->relative_max()};
+}
+
+Result<LevelShape> peer_shape(const TriangleMesh& start, std::size_t triangles, const TriangleMesh& full,
+                              const TriangleTree& tree, const PositionGrid& grid, std::size_t face_samples) {
+  Result<SimplifyResult> peer = simplify_with_meshoptimizer(start, {triangles});
+  if (!peer) return tl::unexpected(peer.error());
+  for (glm::dvec3& p : peer->mesh.positions) p = grid.decode(grid.encode(p));
+  Result<LevelShape> shape = shape_of(peer->mesh, full, tree, face_samples);
+  if (!shape) return tl::unexpected(with_context(shape.error(), "meshoptimizer's level"));
+  return shape;
+}
+
+}  // namespace
+
+Result<std::vector<LevelQuality>> measure_levels(const TriangleMesh& full, const TriangleMesh& original,
+                                                 const CodedHistory& coded, const PositionGrid& grid,
+                                                 std::span<const double> shares, std::size_t face_samples) {
+  const Result<TriangleTree> tree = TriangleTree::build(full);
   if (!tree) return tl::unexpected(tree.error());
   const auto count = static_cast<std::uint32_t>(full.positions.size());
   LevelReplay replay(coded, grid, count);
@@ -65,20 +87,15 @@ Result<std::vector<LevelQuality>> measure_levels(const TriangleMesh& full, const
     level.vertices = static_cast<std::uint32_t>(std::lround(share * count));
     if (level.vertices < replay.vertex_count()) continue;
     replay.refine_to(level.vertices);
-    const TriangleMesh ours = replay.mesh();
-    level.triangles = static_cast<std::uint32_t>(ours.triangles.size());
-    Result<SimplifyResult> peer = simplify_with_meshoptimizer(full, {ours.triangles.size()});
+    const Result<LevelShape> ours = shape_of(replay.mesh(), full, *tree, face_samples);
+    if (!ours) return tl::unexpected(with_context(ours.error(), "our level"));
+    const Result<LevelShape> peer = peer_shape(full, ours->triangles, full, *tree, grid, face_samples);
     if (!peer) return tl::unexpected(peer.error());
-    level.peer_triangles = static_cast<std::uint32_t>(peer->mesh.triangles.size());
-    const DistanceOptions options{face_samples, 1};
-    const Result<MeshDistance> distance = mesh_distance(full, *tree, ours, options);
-    if (!distance) return tl::unexpected(with_context(distance.error(), "our level"));
-    const Result<MeshDistance> peer_distance = mesh_distance(full, *tree, peer->mesh, options);
-    if (!peer_distance) return tl::unexpected(with_context(peer_distance.error(), "meshoptimizer's level"));
-    level.rms = distance->relative_rms();
-    level.max = distance->relative_max();
-    level.peer_rms = peer_distance->relative_rms();
-    level.peer_max = peer_distance->relative_max();
+    const Result<LevelShape> peer_original = peer_shape(original, ours->triangles, full, *tree, grid, face_samples);
+    if (!peer_original) return tl::unexpected(peer_original.error());
+    level.ours = *ours;
+    level.peer = *peer;
+    level.peer_original = *peer_original;
     levels.push_back(level);
   }
   std::reverse(levels.begin(), levels.end());  // fine to coarse

@@ -35,20 +35,32 @@ class LevelReplay {
   std::uint32_t vertices_ = 0;
 };
 
+// Distances are relative to the diagonal, of both directions.
+struct LevelShape {
+  std::uint32_t triangles = 0;
+  double rms = 0.0;
+  double max = 0.0;
+};
+
 struct LevelQuality {
   double share = 0.0;  // of the full model's vertices
   std::uint32_t vertices = 0;
-  std::uint32_t triangles = 0;
-  std::uint32_t peer_triangles = 0;  // more than ours where meshoptimizer stopped early
-  // Relative to the diagonal, both directions.
-  double rms = 0.0, peer_rms = 0.0;
-  double max = 0.0, peer_max = 0.0;
+  LevelShape ours;
+  LevelShape peer;  // meshoptimizer, started from the quantised model
+  LevelShape
+      peer_original;  // meshoptimizer, started from the model before it was quantised; its result put on the grid
+
+  // Vertices that share a grid point can keep meshoptimizer from going on; then the levels cannot be compared.
+  static bool comparable(const LevelShape& ours, const LevelShape& peer) {
+    return peer.triangles <= 1.02 * ours.triangles;
+  }
 };
 
-// Each level against `full`, the quantised full model in its own coordinates, from which meshoptimizer starts too.
+// Each level against `full`, the quantised model in its own coordinates; `original` is the same before it was
+// quantised, from which our levels have been made (the places are the grid's, the decisions were the original's).
 // Shares that lie below FM0 are left out.
-Result<std::vector<LevelQuality>> measure_levels(const TriangleMesh& full, const CodedHistory& coded,
-                                                 const PositionGrid& grid, std::span<const double> shares,
-                                                 std::size_t face_samples);
+Result<std::vector<LevelQuality>> measure_levels(const TriangleMesh& full, const TriangleMesh& original,
+                                                 const CodedHistory& coded, const PositionGrid& grid,
+                                                 std::span<const double> shares, std::size_t face_samples);
 
 }  // namespace fanstream::bench

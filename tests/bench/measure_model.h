@@ -26,20 +26,24 @@ struct MeasureOptions {
 struct ModelFigures {
   std::string model;  // the file's name without folder and extension
   BuildReport build;
-  bool regular_height_field = false;  // the points are a full lattice seen along one axis
+  bool regular_height_field = false;  // sampled in rows and columns over a plane of two axes
   // Vertices whose grid point differs between the asset's grid and Draco's own quantiser: ties only.
   std::uint64_t quantised_otherwise = 0;
-  double import_seconds = 0.0;  // reading and cleaning
-  double build_seconds = 0.0;   // from the cleaned mesh to the asset's bytes
+  double import_seconds = 0.0;           // reading and cleaning
+  double build_seconds = 0.0;            // from the cleaned mesh to the asset's bytes
+  double whole_build_cpu_seconds = 0.0;  // of both, CPU time
   std::uint64_t peak_memory_bytes = 0;
-  double decode_seconds = 0.0;  // from the asset's bytes to an index buffer of the full model
+  double decode_seconds = 0.0;  // from the asset's bytes to an index buffer of the full model; CPU time, as Draco's
   DracoResult draco7, draco10;
   ForcedShare disc1, disc10;       // 1 % and 10 % of the vertices
   double issued_per_vertex = 0.0;  // the largest of all layer ends, FM0 included
   std::uint32_t issued_worst_vertices = 0;
+  std::uint32_t issued_worst_triangles = 0;
+  double issued_per_vertex_full = 0.0;  // of the full model
   std::vector<LevelQuality> levels;
 
   double build_mtriangles_s() const { return build.triangles / (import_seconds + build_seconds) * 1e-6; }
+  double build_mtriangles_cpu_s() const { return build.triangles / whole_build_cpu_seconds * 1e-6; }
   double decode_mtriangles_s() const { return build.triangles / decode_seconds * 1e-6; }
   double size_ratio() const { return static_cast<double>(build.total_bytes) / static_cast<double>(draco10.size_bytes); }
   double decode_ratio() const { return draco10.decode_seconds / decode_seconds; }
@@ -50,6 +54,10 @@ struct ModelFigures {
 // Imports, cleans, builds, decodes and compares. Fails where the rebuilt model is not the quantised input face for
 // face, or where the asset's grid and Draco's differ by more than ties. Single-threaded.
 Result<ModelFigures> measure_model(const std::filesystem::path& path, const MeasureOptions& options);
+
+// Whether nine vertices in ten have six triangles, and hardly a triangle faces back along one of the axes. The mesh is
+// an oriented manifold.
+bool is_regular_height_field(const TriangleMesh& mesh);
 
 // Whether two meshes have the same triangles as places on the grid: any numbering, any order, the same winding.
 bool same_triangles(const GridMesh& a, const GridMesh& b);

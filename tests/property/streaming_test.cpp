@@ -23,12 +23,14 @@ using testing::SeededRandom;
 using testing::start;
 using testing::StateImage;
 
+const std::vector<std::pair<std::string, TriangleMesh>>& shapes() {
+  static const auto all = testing::model_shapes();
+  return all;
+}
+
 class Streaming : public ::testing::TestWithParam<std::size_t> {
  protected:
-  static const std::pair<std::string, TriangleMesh>& shape() {
-    static const auto shapes = testing::model_shapes();
-    return shapes[GetParam()];
-  }
+  static const std::pair<std::string, TriangleMesh>& shape() { return shapes()[GetParam()]; }
   // Built once per shape.
   static const OpenAsset& asset() {
     static std::map<std::size_t, OpenAsset> assets;
@@ -155,9 +157,9 @@ TEST_P(Streaming, CoarseningBetweenLayersStopsAtTheOneBelow) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Shapes, Streaming, ::testing::Range<std::size_t>(0, testing::model_shapes().size()),
+INSTANTIATE_TEST_SUITE_P(Shapes, Streaming, ::testing::Range<std::size_t>(0, shapes().size()),
                          [](const auto& parameter) {
-                           std::string name = testing::model_shapes()[parameter.param].first;
+                           std::string name = shapes()[parameter.param].first;
                            for (char& c : name) c = c == ' ' ? '_' : c;
                            return name;
                          });

@@ -38,7 +38,7 @@ struct Log {
     entry.root = root;
     for (std::uint32_t i = 0; i < ring.size(); ++i) {
       entry.ring.push_back(ring.id(i));
-      entry.spokes.push_back(ring.spoke(i));
+      entry.spokes.push_back(to_vec3(ring.spoke(i)));
     }
     splits[{cell, generation}].push_back(std::move(entry));
   }

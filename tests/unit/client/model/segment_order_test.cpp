@@ -28,11 +28,11 @@ TEST(SegmentOrder, IsTheFilesOrderAndCoversItAll) {
   EXPECT_EQ(next, asset().bytes().data() + asset().bytes().size());
 }
 
-TEST(SegmentOrder, TheEstimateGrowsToTheWholeModel) {
+TEST(SegmentOrder, LayersFollowOneAnotherFromTheFirstToTheLast) {
   const auto order = order_segments(*asset().asset_head(), *asset().asset_index());
-  EXPECT_TRUE(std::is_sorted(order.begin(), order.end(),
-                             [](const auto& a, const auto& b) { return a.estimated_vertices < b.estimated_vertices; }));
-  EXPECT_NEAR(order.back().estimated_vertices, asset().asset_head()->vertex_count, 1e-6);
+  EXPECT_TRUE(std::is_sorted(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.layer < b.layer; }));
+  EXPECT_EQ(order.front().layer, 0U);
+  EXPECT_EQ(order.back().layer + 1, asset().asset_head()->layer_ends.size());
 }
 
 TEST(SegmentOrder, WantsNameEverySegmentOnceInOrder) {

@@ -146,22 +146,23 @@ TEST(SplitCoder, PredictionsFollowTheRing) {
   const FanSplit split{0, 1, 3, ParentPosition::kept, {}};
   const RingGeometry a = small.geometry(glm::vec3(1.0F));
   const RingGeometry b = large.geometry(glm::vec3(1.0F));
-  EXPECT_EQ(2.0F * predict(model, a, ring_features(a, split)).mean, predict(model, b, ring_features(b, split)).mean);
+  EXPECT_EQ(2.0F * to_vec3(predict(model, a, ring_features(a, split)).mean),
+            to_vec3(predict(model, b, ring_features(b, split)).mean));
 }
 
 TEST(SplitCoder, TheAxisAlongTheNormalIsCodedLast) {
   Prediction prediction;
-  prediction.along = {1.0F, 0.0F, 0.0F};
+  prediction.along = Float4{1.0F, 0.0F, 0.0F, 0.0F};
   prediction.spread_along = 3.0F;
   prediction.spread_across = 2.0F;
   prediction.spread_normal = 0.5F;
-  const AxisChain chain = chain_axes(prediction, {0.0F, 0.0F, 1.0F}, glm::vec3(1.0F));
+  const AxisChain chain = chain_axes(prediction, Float4{0.0F, 0.0F, 1.0F, 0.0F}, glm::vec3(1.0F));
   EXPECT_EQ(chain.order, (std::array<int, 3>{0, 1, 2}));
   EXPECT_FLOAT_EQ(chain.spread[0], 3.0F);
   EXPECT_FLOAT_EQ(chain.spread[1], 2.0F);
   EXPECT_FLOAT_EQ(chain.spread[2], 0.5F);
   EXPECT_EQ(chain.second_from_first, 0.0F);
-  EXPECT_EQ(chain_axes(prediction, {0.9F, 0.1F, 0.1F}, glm::vec3(1.0F)).order[2], 0);
+  EXPECT_EQ(chain_axes(prediction, Float4{0.9F, 0.1F, 0.1F, 0.0F}, glm::vec3(1.0F)).order[2], 0);
 }
 
 }  // namespace

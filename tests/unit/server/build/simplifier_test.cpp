@@ -1,0 +1,131 @@
+#include "server/build/simplifier.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "common/mesh/manifold_check.h"
+#include "tests/support/asset_helpers.h"
+#include "tests/support/mesh_generators.h"
+#include "tests/support/ring_views.h"
+
+namespace fanstream {
+namespace {
+
+using testing::compact_faces;
+
+SimplifyOptions down_to(std::uint32_t vertices) {
+  SimplifyOptions options;
+  options.base_vertices = vertices;
+  return options;
+}
+
+TEST(Simplifier, PatchesOfOneGenerationShareNoFace) {
+  for (const auto& [name, mesh] : testing::model_shapes()) {
+    SCOPED_TRACE(name);
+    const MergeHistory history = simplify(mesh, down_to(60));
+    RingMesh rings = RingMesh::from_triangles(mesh.positions.size(), mesh.triangles);
+    for (std::uint32_t g = 0; g < history.generation_count(); ++g) {
+      std::set<VertexId> roots;
+      std::set<VertexId> removed;
+      for (std::uint32_t m = history.generation_begin[g]; m < history.generation_begin[g + 1]; ++m) {
+        const MergeRecord& merge = history.merges[m];
+        ASSERT_TRUE(rings.can_merge(merge.root, merge.removed)) << "merge " << m;
+        const RingMesh::Wings wings = rings.wings(merge.root, merge.removed);
+        ASSERT_EQ(wings.first, merge.first);
+        ASSERT_EQ(wings.last, merge.last);
+        ASSERT_FALSE(roots.contains(merge.removed)) << "a root is absorbed in its own generation, merge " << m;
+        rings.merge(merge.root, merge.removed);
+        roots.insert(merge.root);
+        removed.insert(merge.removed);
+      }
+      for (const VertexId root : roots) {
+        for (const VertexId w : rings.ring(root)) ASSERT_FALSE(roots.contains(w)) << root << " beside " << w;
+      }
+    }
+    EXPECT_EQ(testing::cycles_of(rings), testing::cycles_of(history.base));
+  }
+}
+
+TEST(Simplifier, EveryGenerationLeavesAManifold) {
+  for (const auto& [name, mesh] : testing::model_shapes()) {
+    SCOPED_TRACE(name);
+    const MergeHistory history = simplify(mesh, down_to(60));
+    RingMesh rings = RingMesh::from_triangles(mesh.positions.size(), mesh.triangles);
+    for (std::uint32_t g = 0; g < history.generation_count(); ++g) {
+      for (std::uint32_t m = history.generation_begin[g]; m < history.generation_begin[g + 1]; ++m) {
+        rings.merge(history.merges[m].root, history.merges[m].removed);
+      }
+      std::string why;
+      ASSERT_TRUE(is_oriented_manifold(compact_faces(rings), &why)) << "generation " << g << ": " << why;
+    }
+    EXPECT_EQ(compact_faces(history.base).positions.size(), history.base_vertices);
+  }
+}
+
+TEST(Simplifier, CleanModelsReachTheirTarget) {
+  const std::vector<std::pair<std::string, TriangleMesh>> models = {{"sphere", testing::make_sphere(40, 50)},
+                                                                    {"torus", testing::make_torus(50, 30)},
+                                                                    {"terrain", testing::make_terrain(50, 40, 2)},
+                                                                    {"cylinder", testing::make_open_cylinder(40, 40)},
+                                                                    {"flat grid", testing::make_grid(40, 40)}};
+  for (const auto& [name, mesh] : models) {
+    for (const std::uint32_t target : {600U, 100U, 64U}) {
+      SCOPED_TRACE(name + " to " + std::to_string(target));
+      const MergeHistory history = simplify(mesh, down_to(target));
+      EXPECT_EQ(history.base_vertices, target);
+      EXPECT_EQ(history.merges.size(), mesh.positions.size() - target);
+      EXPECT_EQ(history.generation_begin.front(), 0U);
+      EXPECT_EQ(history.generation_begin.back(), history.merges.size());
+    }
+  }
+}
+
+TEST(Simplifier, TheSameMeshGivesTheSameMerges) {
+  const TriangleMesh mesh = testing::make_terrain(40, 40, 8);
+  const MergeHistory a = simplify(mesh, down_to(80));
+  const MergeHistory b = simplify(mesh, down_to(80));
+  ASSERT_EQ(a.merges.size(), b.merges.size());
+  EXPECT_EQ(a.generation_begin, b.generation_begin);
+  for (std::size_t m = 0; m < a.merges.size(); ++m) {
+    ASSERT_EQ(a.merges[m].root, b.merges[m].root);
+    ASSERT_EQ(a.merges[m].removed, b.merges[m].removed);
+    ASSERT_EQ(a.merges[m].parent, b.merges[m].parent);
+  }
+}
+
+TEST(Simplifier, RingsStayShort) {
+  SimplifyOptions options = down_to(64);
+  options.longest_ring = 9;
+  const TriangleMesh mesh = testing::make_torus(40, 30);
+  const MergeHistory history = simplify(mesh, options);
+  RingMesh rings = RingMesh::from_triangles(mesh.positions.size(), mesh.triangles);
+  for (const MergeRecord& merge : history.merges) {
+    rings.merge(merge.root, merge.removed);
+    ASSERT_LE(rings.ring_size(merge.root), 9U);
+  }
+}
+
+TEST(Simplifier, AMeshAtItsTargetIsLeftAlone) {
+  const TriangleMesh mesh = testing::make_sphere(5, 6);
+  const MergeHistory history = simplify(mesh, down_to(1000));
+  EXPECT_TRUE(history.merges.empty());
+  EXPECT_EQ(history.generation_count(), 0U);
+  EXPECT_EQ(history.base_vertices, mesh.positions.size());
+}
+
+TEST(Simplifier, MergesOfCoarserGenerationsCostMore) {
+  const MergeHistory history = simplify(testing::make_sphere(60, 60), down_to(64));
+  const auto mean = [&](std::uint32_t g) {
+    double sum = 0.0;
+    for (std::uint32_t m = history.generation_begin[g]; m < history.generation_begin[g + 1]; ++m) {
+      sum += static_cast<double>(history.merges[m].cost);
+    }
+    return sum / (history.generation_begin[g + 1] - history.generation_begin[g]);
+  };
+  ASSERT_GE(history.generation_count(), 4U);
+  EXPECT_GT(mean(history.generation_count() - 1), 4.0 * mean(0));
+}
+
+}  // namespace
+}  // namespace fanstream
