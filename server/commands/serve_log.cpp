@@ -34,10 +34,18 @@ void ServeLog::listening(const std::string& host, std::uint16_t port, std::size_
   line(fmt::format("listening on {}{}{}:{}, {} model{}, store {}", v6 ? "[" : "", host, v6 ? "]" : "", port, models,
                    models == 1 ? "" : "s", store),
        {{"event", "listening"}, {"host", host}, {"port", port}, {"models", models}, {"store", store}});
+  listening_ = true;
+  for (const StoreEvent& event : held_) show(event);
+  held_.clear();
 }
 
 void ServeLog::store_event(const StoreEvent& event) {
   const std::lock_guard lock(mutex_);
+  if (listening_) return show(event);
+  if (event.kind != StoreEvent::Kind::progress) held_.push_back(event);
+}
+
+void ServeLog::show(const StoreEvent& event) {
   switch (event.kind) {
     case StoreEvent::Kind::building:
       next_progress_ = Clock::now() + kProgressInterval;  // nothing is said of what takes less

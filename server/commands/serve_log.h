@@ -12,7 +12,7 @@
 
 namespace fanstream {
 
-// Thread safe.
+// The first line tells the address: events of the store wait for it. Thread safe.
 class ServeLog {
  public:
   explicit ServeLog(bool json);
@@ -24,12 +24,15 @@ class ServeLog {
  private:
   using Clock = std::chrono::steady_clock;
   void line(const std::string& text, const Json& json);
+  void show(const StoreEvent& event);
   void clear_status();
   std::string status_text(const ServerMetrics& metrics) const;
 
   std::mutex mutex_;
   const bool json_;
   const bool on_terminal_;
+  bool listening_ = false;
+  std::vector<StoreEvent> held_;  // until listening
   bool status_drawn_ = false;
   std::string building_;  // on a terminal: "bunny 40 %"
   Clock::time_point next_progress_{};
