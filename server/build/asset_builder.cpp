@@ -60,10 +60,10 @@ class Builder {
   }
 
   // A 256th of the model. Handles add faces that no merge takes away (faces less twice the vertices stay the same), and more
-  // than 2.1 faces a vertex cannot be drawn with 2.9 issued vertices each: such models stop earlier, at 1 % or 400.
+  // than 2.07 faces a vertex are hardly drawn with 2.9 issued vertices each: such models stop earlier, at 1 % or 400.
   std::uint32_t default_base_vertices() const {
     const std::int64_t excess = std::int64_t{head_.triangle_count} - 2 * std::int64_t{head_.vertex_count};
-    const std::int64_t few_handles = std::min<std::int64_t>(10 * excess, std::max(400U, head_.vertex_count / 100U));
+    const std::int64_t few_handles = std::min<std::int64_t>(14 * excess, std::max(400U, head_.vertex_count / 100U));
     const std::uint32_t usual = std::clamp(head_.vertex_count / 256U, 48U, 256U);
     return std::max(usual, static_cast<std::uint32_t>(std::max<std::int64_t>(0, few_handles)));
   }

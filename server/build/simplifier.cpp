@@ -19,10 +19,12 @@ struct Candidate {
 };
 
 // Orders a heap with the cheapest on top; ties by number, so that every machine makes the same model.
-bool dearer(const Candidate& x, const Candidate& y) {
-  if (x.cost != y.cost) return x.cost > y.cost;
-  return x.a != y.a ? x.a > y.a : x.b > y.b;
-}
+struct Dearer {
+  bool operator()(const Candidate& x, const Candidate& y) const {
+    if (x.cost != y.cost) return x.cost > y.cost;
+    return x.a != y.a ? x.a > y.a : x.b > y.b;
+  }
+};
 
 class Simplifier {
  public:
@@ -69,29 +71,46 @@ class Simplifier {
     return {cost_->propose(a, b, places_[a], places_[b]).cost, a, b, changes_[a] + changes_[b], false};
   }
 
+  // The generation's candidates, cheapest first, in sorted_; returns the limit of their costs.
   double gather(bool everything) {
+    sorted_.clear();
     heap_.clear();
+    next_sorted_ = 0;
     for (const VertexId v : live_) {
       for (const VertexId w : rings_.ring(v)) {
-        if (v < w && w != kOutside) heap_.push_back(judge(v, w));
+        if (v < w && w != kOutside) sorted_.push_back(judge(v, w));
       }
     }
+    const auto cheaper = [](const Candidate& x, const Candidate& y) { return Dearer{}(y, x); };
     const auto wanted = static_cast<std::size_t>(options_.edges_per_vertex * alive_);
-    if (everything || wanted >= heap_.size()) return std::numeric_limits<double>::infinity();
-    std::nth_element(heap_.begin(), heap_.begin() + static_cast<std::ptrdiff_t>(wanted), heap_.end(),
-                     [](const Candidate& x, const Candidate& y) { return dearer(y, x); });
-    const double limit = heap_[wanted].cost;
-    heap_.resize(wanted);
+    double limit = std::numeric_limits<double>::infinity();
+    if (!everything && wanted < sorted_.size()) {
+      std::nth_element(sorted_.begin(), sorted_.begin() + static_cast<std::ptrdiff_t>(wanted), sorted_.end(), cheaper);
+      limit = sorted_[wanted].cost;
+      sorted_.resize(wanted);
+    }
+    std::sort(sorted_.begin(), sorted_.end(), cheaper);
     return limit;
+  }
+
+  // The cheapest candidate left, of those gathered and those judged since.
+  bool take_cheapest(Candidate& best) {
+    const bool sorted_left = next_sorted_ < sorted_.size();
+    if (heap_.empty() && !sorted_left) return false;
+    if (heap_.empty() || (sorted_left && Dearer{}(heap_.front(), sorted_[next_sorted_]))) {
+      best = sorted_[next_sorted_++];
+      return true;
+    }
+    std::pop_heap(heap_.begin(), heap_.end(), Dearer{});
+    best = heap_.back();
+    heap_.pop_back();
+    return true;
   }
 
   void run_generation(MergeHistory& history, bool everything) {
     const double limit = gather(everything);
-    std::make_heap(heap_.begin(), heap_.end(), dearer);
-    while (!heap_.empty() && alive_ > options_.base_vertices) {
-      std::pop_heap(heap_.begin(), heap_.end(), dearer);
-      const Candidate best = heap_.back();
-      heap_.pop_back();
+    Candidate best{};
+    while (alive_ > options_.base_vertices && take_cheapest(best)) {
       if (!rings_.contains(best.a) || !rings_.contains(best.b)) continue;
       if (best.stamp != changes_[best.a] + changes_[best.b]) continue;
       try_merge(best, limit, everything, history);
@@ -214,7 +233,7 @@ class Simplifier {
 
   void push(const Candidate& candidate) {
     heap_.push_back(candidate);
-    std::push_heap(heap_.begin(), heap_.end(), dearer);
+    std::push_heap(heap_.begin(), heap_.end(), Dearer{});
   }
 
   // At least 1, more for merges that take many bits: those whose arc ranks low among the arcs of its length
@@ -264,7 +283,9 @@ class Simplifier {
   std::vector<float> deviations_;       // by vertex: how far the faces around it may be off
   std::vector<std::uint8_t> halvings_;  // by vertex: MergeHistory::middle_depth
   std::vector<VertexId> live_;
-  std::vector<Candidate> heap_;
+  std::vector<Candidate> sorted_;  // this generation's first candidates
+  std::size_t next_sorted_ = 0;
+  std::vector<Candidate> heap_;  // those judged since
   std::vector<double> squares_;
   std::vector<glm::dvec3> merged_ring_;
   MergeDeviation deviation_;
