@@ -20,7 +20,7 @@ struct BuildOptions {
   // How much a slab of generations multiplies the vertices: a cell of more slabs is cut into smaller cells as it grows.
   double slab_growth = 3.5;
   // Generations are joined into a layer until a cell's segment holds about this many splits.
-  double segment_splits = 110.0;
+  double segment_splits = 130.0;
   double edges_per_vertex = 1.5;  // SimplifyOptions::edges_per_vertex
   // Called with the stage's name and the share of it that is done; may be empty.
   std::function<void(std::string_view stage, double fraction)> progress;

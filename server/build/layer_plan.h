@@ -10,7 +10,7 @@ namespace fanstream {
 struct LayerPlanOptions {
   std::uint32_t cell_vertices = 64;
   double slab_growth = 3.5;
-  double segment_splits = 110.0;
+  double segment_splits = 130.0;
 };
 
 struct LayerPlan {
