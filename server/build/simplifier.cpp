@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "common/refine/cell_coder.h"
 #include "server/build/merge_deviation.h"
 
 namespace fanstream {
@@ -34,6 +35,7 @@ class Simplifier {
         rings_(RingMesh::from_triangles(mesh.positions.size(), mesh.triangles)),
         cost_(make_quadric_cost(mesh, rings_)),
         patch_root_(mesh.positions.size(), 0),
+        patch_splits_(mesh.positions.size(), 0),
         changes_(mesh.positions.size(), 0),
         deviations_(mesh.positions.size(), 0.0F),
         halvings_(mesh.positions.size(), 0),
@@ -157,6 +159,7 @@ class Simplifier {
     VertexId root = best.a;
     VertexId removed = best.b;
     if (patch_root_[removed] == generation_) std::swap(root, removed);
+    if (patch_root_[root] == generation_ && patch_splits_[root] == kMostSplitsPerVertex) return;
     if (!rings_.can_merge(root, removed)) return;
     if (rings_.ring_size(root) + rings_.ring_size(removed) - 4 > options_.longest_ring) return;
     ParentPosition parent = cost_->propose(root, removed, places_[root], places_[removed]).parent;
@@ -194,6 +197,7 @@ class Simplifier {
     rings_.merge(root, removed);
     cost_->merged(root, removed);
     places_[root] = target;
+    patch_splits_[root] = static_cast<std::uint8_t>(patch_root_[root] == generation_ ? patch_splits_[root] + 1 : 1);
     patch_root_[root] = generation_;
     ++changes_[root];
     --alive_;
@@ -279,6 +283,7 @@ class Simplifier {
   RingMesh rings_;
   std::unique_ptr<MergeCost> cost_;
   std::vector<std::uint32_t> patch_root_;  // the generation in which the vertex became a patch's root
+  std::vector<std::uint8_t> patch_splits_;  // how many vertices that root has absorbed in that generation
   std::vector<std::uint32_t> changes_;
   std::vector<float> deviations_;       // by vertex: how far the faces around it may be off
   std::vector<std::uint8_t> halvings_;  // by vertex: MergeHistory::middle_depth
