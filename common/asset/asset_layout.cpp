@@ -153,7 +153,7 @@ class RunningNumber {
   RunningNumber(float mean, float spread) : mean_(mean), spread_(spread) {}
   template <class Coder>
   std::int32_t code(Coder& coder, std::int32_t value) {
-    const std::int32_t coded = ResidualTables::instance().code(coder, mean_, spread_, value);
+    const std::int32_t coded = ResidualTables::instance().code(coder, mean_, spread_ * spread_, value);
     const float error = static_cast<float>(coded) - mean_;
     mean_ += 0.125F * error;
     spread_ += 0.125F * (1.3F * std::fabs(error) - spread_);

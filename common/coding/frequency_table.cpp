@@ -1,5 +1,6 @@
 #include "common/coding/frequency_table.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -27,7 +28,7 @@ FrequencyTable FrequencyTable::from_weights(std::span<const double> weights) {
     if (frequencies[i] > frequencies[largest]) largest = i;
   }
   frequencies[largest] += kTotal - total;
-  FrequencyTable table{NoInit{}};
+  FrequencyTable table;
   table.set_starts(std::span<const std::uint32_t>(frequencies).first(count));
   return table;
 }
@@ -40,10 +41,12 @@ void FrequencyTable::set_starts(std::span<const std::uint32_t> frequencies) {
     start_[i] = static_cast<std::uint16_t>(start);
     start += frequencies[i];
   }
-  std::size_t symbol = 0;
-  for (std::size_t block = 0; block < first_of_block_.size(); ++block) {
-    while (start_[symbol + 1] <= block << kBlockBits) ++symbol;
-    first_of_block_[block] = static_cast<std::uint8_t>(symbol);
+  // Each symbol stands at the blocks that start in its range.
+  constexpr std::uint32_t kBlock = 1U << kBlockBits;
+  for (std::size_t i = 0; i < frequencies.size(); ++i) {
+    const std::uint32_t first = (start_[i] + kBlock - 1) >> kBlockBits;
+    const std::uint32_t last = (start_[i + 1] + kBlock - 1) >> kBlockBits;
+    std::fill(first_of_block_.begin() + first, first_of_block_.begin() + last, static_cast<std::uint8_t>(i));
   }
 }
 

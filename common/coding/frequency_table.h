@@ -15,7 +15,7 @@ class FrequencyTable {
   static constexpr std::uint32_t kTotal = 1U << kBits;
   static constexpr int kMaxSymbols = 32;
 
-  FrequencyTable() : FrequencyTable(1) {}
+  FrequencyTable() = default;  // of no use before it is assigned
   explicit FrequencyTable(int symbols);  // all alike
 
   // Frequencies in proportion to non-negative weights. The same weights give the same table on every machine.
@@ -37,15 +37,13 @@ class FrequencyTable {
   double cost_bits(int symbol) const;
 
  private:
-  struct NoInit {};
-  explicit FrequencyTable(NoInit /*tag*/) {}
   void set_starts(std::span<const std::uint32_t> frequencies);
 
-  static constexpr int kBlockBits = 9;
+  static constexpr int kBlockBits = 8;
 
   std::array<std::uint16_t, kMaxSymbols + 1> start_{};
   std::array<std::uint8_t, (kTotal >> kBlockBits)> first_of_block_{};  // the symbol at each block's first slot
-  int symbols_ = 1;
+  int symbols_ = 0;
 };
 
 }  // namespace fanstream

@@ -4,10 +4,22 @@
 
 namespace fanstream {
 
-std::vector<std::byte> RansEncoder::finish() {
-  std::vector<std::uint16_t> words;  // last first
+std::vector<std::vector<std::byte>> RansEncoder::finish_segments() {
+  std::vector<std::vector<std::byte>> segments(cuts_.size() + 1);
+  std::vector<std::uint16_t> words;  // of the current segment, last first
   std::uint32_t state = RansDecoder::kStart;
+  std::size_t segment = cuts_.size();
+  const auto close = [&] {
+    std::vector<std::byte>& bytes = segments[segment];
+    bytes.reserve(words.size() * 2);
+    for (std::size_t i = words.size(); i-- > 0;) {
+      bytes.push_back(static_cast<std::byte>(words[i]));
+      bytes.push_back(static_cast<std::byte>(words[i] >> 8U));
+    }
+    words.clear();
+  };
   for (std::size_t i = steps_.size(); i-- > 0;) {
+    for (; segment > 0 && i < cuts_[segment - 1]; --segment) close();
     const std::uint32_t frequency = steps_[i].frequency;
     // frequency << 17 may not fit in 32 bits only for a certain symbol, which never needs room.
     if (static_cast<std::uint64_t>(state) >= static_cast<std::uint64_t>(frequency) << 17U) {
@@ -16,29 +28,36 @@ std::vector<std::byte> RansEncoder::finish() {
     }
     state = ((state / frequency) << FrequencyTable::kBits) + state % frequency + steps_[i].start;
   }
-  std::vector<std::byte> bytes;
-  if (steps_.empty()) return bytes;
-  bytes.reserve(words.size() * 2 + 4);
-  const auto put = [&bytes](std::uint32_t word) {
-    bytes.push_back(static_cast<std::byte>(word));
-    bytes.push_back(static_cast<std::byte>(word >> 8U));
-  };
-  put(state);
-  put(state >> 16U);
-  for (std::size_t i = words.size(); i-- > 0;) put(words[i]);
+  if (!steps_.empty()) {  // the state stands before the first symbol
+    words.push_back(static_cast<std::uint16_t>(state >> 16U));
+    words.push_back(static_cast<std::uint16_t>(state));
+  }
+  close();
   steps_.clear();
-  return bytes;
+  cuts_.clear();
+  return segments;
 }
 
-RansDecoder::RansDecoder(std::span<const std::byte> bytes) : bytes_(bytes) {
-  if (bytes.empty()) return;
-  state_ = 0;
-  refill();
-  const std::uint32_t low = state_;
-  state_ = 0;
-  refill();
-  state_ = state_ << 16U | low;
-  if (state_ < kStart) overran_ = true;
+RansDecoder::RansDecoder(std::span<const std::byte> bytes) { append(bytes); }
+
+void RansDecoder::append(std::span<const std::byte> bytes) {
+  bytes_ = bytes.data();
+  position_ = 0;
+  size_ = bytes.size();
+  if (begun_ || bytes.empty()) return;
+  begun_ = true;
+  state_ = next_word();
+  state_ |= next_word() << 16U;
+  if (state_ < kStart) position_ = size_ + 1;  // no encoder leaves that: as good as cut off
+}
+
+std::uint32_t RansDecoder::next_word() {
+  std::uint32_t word = 0;
+  if (position_ + 2 <= size_) {
+    word = std::to_integer<std::uint32_t>(bytes_[position_]) | std::to_integer<std::uint32_t>(bytes_[position_ + 1]) << 8U;
+  }
+  position_ += 2;
+  return word;
 }
 
 }  // namespace fanstream

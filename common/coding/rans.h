@@ -5,6 +5,7 @@
 // routines are written once, as templates over the coder, so that both sides cannot drift apart.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -14,7 +15,7 @@
 
 namespace fanstream {
 
-// Collects the symbols of one segment; finish() writes them. Not thread safe.
+// Collects the symbols of a stream that is cut into segments. Not thread safe.
 class RansEncoder {
  public:
   static constexpr bool kDecodes = false;
@@ -30,8 +31,13 @@ class RansEncoder {
     }
     return value;
   }
-  // The segment's bytes; the encoder is empty again afterwards. An empty segment has no bytes.
-  std::vector<std::byte> finish();
+  // What comes from here on belongs to the next segment. A decoder that has used up the segments before needs no more to go on.
+  void cut() { cuts_.push_back(steps_.size()); }
+  // The stream's bytes by segment, one more than there were cuts; the encoder is empty again afterwards. A segment without
+  // symbols has no bytes, nor need one of few symbols.
+  std::vector<std::vector<std::byte>> finish_segments();
+  // Of a stream without cuts.
+  std::vector<std::byte> finish() { return std::move(finish_segments().front()); }
 
  private:
   struct Step {
@@ -39,56 +45,69 @@ class RansEncoder {
     std::uint16_t frequency;
   };
   std::vector<Step> steps_;
+  std::vector<std::size_t> cuts_;
 };
 
 // Reads what RansEncoder wrote. Safe on any bytes: past the end it reads zeros and remembers that it did.
+// The bytes must outlive it.
 class RansDecoder {
  public:
   static constexpr bool kDecodes = true;  // what is passed in as values does not matter and need not be computed
   RansDecoder() = default;
   explicit RansDecoder(std::span<const std::byte> bytes);
 
-  int symbol(const FrequencyTable& table, int /*value*/) {
+  // Goes on with the next segment. Precondition: used_up().
+  void append(std::span<const std::byte> bytes);
+
+  [[gnu::always_inline]] int symbol(const FrequencyTable& table, int /*value*/) {
     const std::uint32_t slot = state_ & (FrequencyTable::kTotal - 1);
     const int found = table.find(slot);
     consume(slot, table.start(found), table.frequency(found));
     return found;
   }
-  unsigned bits(int count, unsigned /*value*/) {
-    if (count == 0) return 0;
+  // Whether the next symbol is 0, and if so reads it: where it mostly is, that is faster than to look it up.
+  [[gnu::always_inline]] bool is_zero(const FrequencyTable& table) {
+    const std::uint32_t slot = state_ & (FrequencyTable::kTotal - 1);
+    const std::uint32_t end = table.start(1);
+    if (slot >= end) return false;
+    consume(slot, 0, end);
+    return true;
+  }
+  [[gnu::always_inline]] unsigned bits(int count, unsigned /*value*/) {
     const std::uint32_t slot = state_ & (FrequencyTable::kTotal - 1);
     const int shift = FrequencyTable::kBits - count;
     const std::uint32_t value = slot >> shift;
     consume(slot, value << shift, 1U << shift);
     return value;
   }
-  // True if all bytes were used, none was missing, and the state is the one that encoding starts from. Damaged
-  // symbols hardly ever pass; damage to raw bits alone can (CODING.md), which is what checksums are for.
-  bool finished_cleanly() const { return !overran_ && next_ == bytes_.size() && state_ == kStart; }
-  bool overran() const { return overran_; }
+  // True if all bytes were used and none was missing.
+  bool used_up() const { return position_ == size_; }
+  // True if besides the state is the one that encoding starts from. Damaged symbols hardly ever pass; damage to raw bits alone
+  // can (CODING.md), which is what checksums are for.
+  bool finished_cleanly() const { return used_up() && state_ == kStart; }
+  bool overran() const { return position_ > size_; }
 
   static constexpr std::uint32_t kStart = 1U << 16;
 
  private:
-  void consume(std::uint32_t slot, std::uint32_t start, std::uint32_t frequency) {
-    state_ = frequency * (state_ >> FrequencyTable::kBits) + slot - start;
-    if (state_ < kStart) refill();
-  }
-  void refill() {
-    std::uint32_t word = 0;
-    if (next_ + 2 <= bytes_.size()) {
-      word = std::to_integer<std::uint32_t>(bytes_[next_]) | std::to_integer<std::uint32_t>(bytes_[next_ + 1]) << 8U;
-      next_ += 2;
-    } else {
-      overran_ = true;
-    }
-    state_ = state_ << 16U | word;
-  }
+  static constexpr std::array<std::byte, 2> kNothing{};
 
-  std::span<const std::byte> bytes_;
-  std::size_t next_ = 0;
+  // Every seventh step or so takes a word, nobody can tell which: so none branches on it.
+  [[gnu::always_inline]] void consume(std::uint32_t slot, std::uint32_t start, std::uint32_t frequency) {
+    const std::uint32_t state = frequency * (state_ >> FrequencyTable::kBits) + slot - start;
+    const std::byte* from = position_ + 1 < size_ ? bytes_ + position_ : kNothing.data();
+    const std::uint32_t word = std::to_integer<std::uint32_t>(from[0]) | std::to_integer<std::uint32_t>(from[1]) << 8U;
+    const bool low = state < kStart;
+    state_ = low ? state << 16U | word : state;
+    position_ += low ? 2 : 0;
+  }
+  std::uint32_t next_word();
+
+  const std::byte* bytes_ = nullptr;
+  std::size_t position_ = 0;
+  std::size_t size_ = 0;
   std::uint32_t state_ = kStart;
-  bool overran_ = false;
+  bool begun_ = false;  // the state has been read, from the first four bytes
 };
 
 }  // namespace fanstream

@@ -1,7 +1,6 @@
 #include "common/coding/residual_tables.h"
 
 #include <array>
-#include <bit>
 #include <cmath>
 
 namespace fanstream {
@@ -53,18 +52,16 @@ ResidualTables::ResidualTables() {
     small_.push_back(make_table(spread, 0.375));
   }
   for (int step = 0; step < kSteps; ++step) large_.push_back(make_table(2.0 * kQuarterOctaves[static_cast<std::size_t>(step)], 0.0));
-}
-
-ResidualTables::Choice ResidualTables::choose(float spread, float fraction) const {
-  // The spread's exponent and the quarter of an octave it lies in, straight from its bits.
-  const auto bits = std::bit_cast<std::uint32_t>(spread);
-  const std::uint32_t mantissa = bits & 0x7FFFFFU;
-  int step = (static_cast<int>(bits >> 23U) - 127 - kLowest) * kSteps;
-  step += static_cast<int>(mantissa >= 0x1837F0U) + static_cast<int>(mantissa >= 0x3504F3U) + static_cast<int>(mantissa >= 0x5744FDU);
-  if (!(step > 0)) step = 0;
-  if (step < kSmall) return {&small_[static_cast<std::size_t>(step * 2 + (fraction < 0.25F ? 0 : 1))], 0};
-  const int raw_bits = (step - kSmall) / kSteps + 1;
-  return {&large_[static_cast<std::size_t>(step % kSteps)], raw_bits < 15 ? raw_bits : 15};
+  for (int step = 0; step < kChoices; ++step) {
+    Choice& choice = choices_[static_cast<std::size_t>(step)];
+    if (step < kSmall) {
+      const FrequencyTable* near = &small_[static_cast<std::size_t>(2 * step)];
+      choice = {{near, near + 1}, 0};
+    } else {
+      const FrequencyTable* table = &large_[static_cast<std::size_t>(step % kSteps)];
+      choice = {{table, table}, (step - kSmall) / kSteps + 1};
+    }
+  }
 }
 
 }  // namespace fanstream

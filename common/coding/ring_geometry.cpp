@@ -6,76 +6,191 @@
 #include <numeric>
 
 namespace fanstream {
+namespace {
 
-void RingGeometry::assign(std::span<const VertexId> ring, VertexId root, std::span<const GridPoint> places,
-                          const glm::vec3& unit) {
-  size_ = static_cast<std::uint32_t>(ring.size());
-  if (ids_.size() < size_) {
-    ids_.resize(size_);
-    spokes_.resize(size_ + 1);
-    squares_.resize(size_);
-    reach_sums_.resize(2 * size_ + 1);
-    reaches_.resize(size_);
-  }
-  start_ = canonical_start(ring);
-  gap_ = size_;
-  const GridPoint& c = places[root];
-  const Int4 centre{c.x, c.y, c.z, 0};
-  const Float4 units = float4(unit);
-  std::uint32_t at = start_;
-  for (std::uint32_t i = 0; i < size_; ++i) {
-    const VertexId v = ring[at];
-    if (++at == size_) at = 0;
-    ids_[i] = v;
-    if (v == kOutside) {
-      gap_ = i;
-      spokes_[i] = Float4{};
-      continue;
-    }
-    const GridPoint& p = places[v];
-    spokes_[i] = __builtin_convertvector(Int4{p.x, p.y, p.z, 0} - centre, Float4) * units;
-  }
-  spokes_[size_] = spokes_[0];
-  measure();
+constexpr float kLeast = -std::numeric_limits<float>::infinity();
+
+Uint4 lanes_from(std::uint32_t first) { return kLaneNumbers + uint4(first); }
+Float4 larger(Float4 a, Float4 b) { return a > b ? a : b; }
+
+// Sums of the lanes up to each.
+Float4 prefix_sums(Float4 v) {
+  const Float4 zero{};
+  v += __builtin_shufflevector(zero, v, 0, 4, 5, 6);
+  return v + __builtin_shufflevector(zero, v, 0, 1, 4, 5);
 }
 
-// Sums run in ring order: the order is part of the format, since floating-point sums depend on it.
-void RingGeometry::measure() {
-  const Float4* spokes = spokes_.data();
-  Float4 normal{};
-  float lengths = 0.0F;
-  for (std::uint32_t i = 0; i < size_; ++i) {
-    squares_[i] = dot3(spokes[i], spokes[i]);
-    lengths += std::sqrt(squares_[i]);
-    normal += cross_rotated(spokes[i], spokes[i + 1]);  // zero beside the gap
+}  // namespace
+
+void RingGeometry::grow(std::size_t size) {
+  capacity_ = std::max<std::size_t>(32, 2 * size);
+  ids_.resize(2 * capacity_ + 16);
+  neighbours_.resize(capacity_ + 16);
+  spokes_.resize(2 * capacity_ + 16);
+  spoke_sums_.resize(2 * capacity_ + 16);
+  square_sums_.resize(2 * capacity_ + 16);
+  reaches_.resize(capacity_ + 16);
+}
+
+// Lays the ring out twice and finds its smallest number, kOutside being the largest.
+template <std::uint32_t blocks>
+void RingGeometry::find_start(std::span<const VertexId> ring) {
+  VertexId* ids = ids_.data();
+  if constexpr (blocks == 0) {
+    std::copy(ring.begin(), ring.end(), ids);
+    std::copy(ring.begin(), ring.end(), ids + size_);
+    start_ = static_cast<std::uint32_t>(std::min_element(ring.begin(), ring.end()) - ring.begin());
+    return;
   }
-  normal = rotate_axes(normal);
-  const float length = std::sqrt(dot3(normal, normal));
-  normal_ = length > 0.0F ? normal / float4(length) : Float4{0.0F, 0.0F, 1.0F, 0.0F};
-  float bend = 0.0F;
-  for (std::uint32_t i = 0; i < size_; ++i) bend += std::fabs(dot3(spokes[i], normal_));
-  const float count = static_cast<float>(is_open() ? size_ - 1 : size_);
-  mean_length_ = lengths / count;
-  bend_ = bend / count;
+  constexpr Uint4 kMost = {0x7FFFFFFFU, 0x7FFFFFFFU, 0x7FFFFFFFU, 0x7FFFFFFFU};
+  std::array<Uint4, blocks == 0 ? 1 : blocks> old;
+  Uint4 least = kMost;
+  for (std::uint32_t k = 0; k < blocks; ++k) {
+    old[k] = load4(ring.data() + std::size_t{4} * k);
+    const Uint4 counts = less(lanes_from(4 * k), uint4(size_)) & ~mask_of(old[k] == uint4(kOutside));
+    const Uint4 here = chosen(counts, old[k], kMost);
+    least = chosen(less(here, least), here, least);
+  }
+  for (std::uint32_t k = 0; k < blocks; ++k) store4(ids + 4 * k, old[k]);
+  for (std::uint32_t k = 0; k < blocks; ++k) store4(ids + size_ + 4 * k, old[k]);
+  const Uint4 pairs = __builtin_shufflevector(least, least, 2, 3, 0, 1);
+  least = chosen(less(pairs, least), pairs, least);
+  const Uint4 other = __builtin_shufflevector(least, least, 1, 0, 3, 2);
+  least = chosen(less(other, least), other, least);
+  Uint4 found{};
+  for (std::uint32_t k = 0; k < blocks; ++k) {
+    found |= mask_of(old[k] == least) & less(lanes_from(4 * k), uint4(size_)) & lanes_from(4 * k);
+  }
+  start_ = any_bits(found);
+}
+
+template <std::uint32_t blocks>
+void RingGeometry::find_neighbours(VertexId root) {
+  const VertexId* ids = ids_.data() + start_;
+  Uint4 gap{};
+  for (std::uint32_t k = 0; k < block_count<blocks>(); ++k) {
+    const Uint4 lane = lanes_from(4 * k);
+    const Uint4 id = load4(ids + 4 * k);
+    const Uint4 inside = less(lane, uint4(size_));
+    const Uint4 outside = mask_of(id == uint4(kOutside));
+    store4(neighbours_.data() + 4 * k, chosen(inside & ~outside, id, uint4(root)));
+    gap |= inside & outside & (lane + uint4(1));
+  }
+  const std::uint32_t found = any_bits(gap);
+  gap_ = found != 0 ? found - 1 : size_;
+}
+
+void RingGeometry::load(const RingMesh& rings, VertexId root) {
+  const std::span<const VertexId> ring = rings.ring(root);
+  size_ = static_cast<std::uint32_t>(ring.size());
+  root_ = root;
+  if (size_ > capacity_) grow(size_);
+  if (size_ <= 8) {
+    find_start<2>(ring);
+    find_neighbours<2>(root);
+  } else if (size_ <= 16) {
+    find_start<4>(ring);
+    find_neighbours<4>(root);
+  } else {
+    find_start<0>(ring);
+    find_neighbours<0>(root);
+  }
+}
+
+// Sums run in the order that CODING.md states: it is part of the format, since floating-point sums depend on it.
+template <std::uint32_t blocks>
+void RingGeometry::place_blocks(std::span<const FanVertex> vertices, Float4 unit) {
+  const VertexId* neighbours = neighbours_.data();
+  Float4* spokes = spokes_.data();
+  float* sums = square_sums_.data();
+  const Int4 centre = vertices[root_].place4();
+  Float4* spoke_sums = spoke_sums_.data();
+  Float4 sum{};
+  spoke_sums[0] = sum;
+  Float4 before{};  // the spoke before; nothing before the first
+  std::array<Float4, 4> normals{};
+  Float4 square_sum{};
+  sums[0] = 0.0F;
+  for (std::uint32_t k = 0; k < block_count<blocks>(); ++k) {
+    std::array<Float4, 4> s;
+    for (std::uint32_t j = 0; j < 4; ++j) {
+      s[j] = to_float4(vertices[neighbours[4 * k + j]].place4() - centre) * unit;
+      spokes[4 * k + j] = s[j];
+      sum += s[j];
+      spoke_sums[4 * k + j + 1] = sum;
+      normals[j] += cross_rotated(before, s[j]);  // zero beside the gap
+      before = s[j];
+    }
+    const Float4 running = prefix_sums(sums3(s[0] * s[0], s[1] * s[1], s[2] * s[2], s[3] * s[3])) + square_sum;
+    store4(sums + 4 * k + 1, running);
+    square_sum = __builtin_shufflevector(running, running, 3, 3, 3, 3);
+  }
+  const Float4 last = cross_rotated(spokes[size_ - 1], spokes[0]);
+  normal_ = rotate_axes(((normals[0] + normals[1]) + (normals[2] + normals[3])) + last);
+  mean_square_ = square_sum[0] / static_cast<float>(is_open() ? size_ - 1 : size_);
+}
+
+void RingGeometry::place(std::span<const FanVertex> vertices, Float4 unit) {
+  if (size_ <= 8) {
+    place_blocks<2>(vertices, unit);
+  } else if (size_ <= 16) {
+    place_blocks<4>(vertices, unit);
+  } else {
+    place_blocks<0>(vertices, unit);
+  }
+}
+
+template <std::uint32_t blocks>
+void RingGeometry::measure_blocks() {
+  Float4* spokes = spokes_.data();
+  Float4* spoke_sums = spoke_sums_.data();
+  float* sums = square_sums_.data();
+  Float4 bends{};
+  for (std::uint32_t k = 0; k < block_count<blocks>(); ++k) {
+    const Float4* s = spokes + 4 * k;
+    const Float4 heights = sums3(s[0] * normal_, s[1] * normal_, s[2] * normal_, s[3] * normal_);
+    bends += heights * heights;
+  }
+  const Float4 sum = spoke_sums[size_];
+  for (std::uint32_t i = 0; i < 4 * block_count<blocks>(); ++i) {
+    spokes[size_ + i] = spokes[i];
+    spoke_sums[size_ + i + 1] = sum + spoke_sums[i + 1];
+  }
+  const Float4 square_sum = float4(sums[size_]);
+  for (std::uint32_t k = block_count<blocks>(); k-- > 0;) {
+    store4(sums + size_ + 4 * k + 1, load4(sums + 4 * k + 1) + square_sum);
+  }
+  bend_square_ = ((bends[0] + bends[1]) + (bends[2] + bends[3])) / static_cast<float>(is_open() ? size_ - 1 : size_);
+}
+
+void RingGeometry::measure() {
+  const float length = std::sqrt(dot3(normal_, normal_));
+  normal_ = length > 0.0F ? normal_ * float4(1.0F / length) : Float4{0.0F, 0.0F, 1.0F, 0.0F};
+  if (size_ <= 8) {
+    measure_blocks<2>();
+  } else if (size_ <= 16) {
+    measure_blocks<4>();
+  } else {
+    measure_blocks<0>();
+  }
 }
 
 // Long spokes inside the arc speak for it, long wings against it: wings are neighbours of both centres.
-const float* RingGeometry::reaches(std::uint32_t length) const {
-  float* sums = reach_sums_.data();
-  sums[0] = 0.0F;
-  for (std::uint32_t i = 0; i < size_; ++i) sums[i + 1] = sums[i] + squares_[i];
-  for (std::uint32_t i = 1; i <= length + 1 && i <= size_; ++i) sums[size_ + i] = sums[size_] + sums[i];
-  float* result = reaches_.data();
-  for (std::uint32_t i = 0; i < size_; ++i) {
-    const float inside = sums[i + length] - sums[i + 1];
-    const float with_wings = sums[i + length + 1] - sums[i];
-    result[i] = 1.4F * inside - 0.4F * with_wings;
-  }
-  return result;
+Float4 RingGeometry::reach_block(std::uint32_t length, std::uint32_t at) const {
+  const float* sums = square_sums_.data() + at;
+  const Float4 inside = load4(sums + length) - load4(sums + 1);
+  const Float4 with_wings = load4(sums + length + 1) - load4(sums);
+  const Float4 reach = float4(1.4F) * inside - float4(0.4F) * with_wings;
+  return chosen(less(lanes_from(at), uint4(size_)), reach, float4(kLeast));
+}
+
+void RingGeometry::reaches(std::uint32_t length) const {
+  for (std::uint32_t at = 0; at < size_; at += 4) store4(reaches_.data() + at, reach_block(length, at));
 }
 
 std::uint32_t RingGeometry::rank_of_first(std::uint32_t length, std::uint32_t first) const {
-  const float* reach = reaches(length);
+  reaches(length);
+  const float* reach = reaches_.data();
   std::uint32_t rank = 0;
   for (std::uint32_t i = 0; i < size_; ++i) {
     rank += static_cast<std::uint32_t>(reach[i] > reach[first] || (reach[i] == reach[first] && i < first));
@@ -83,23 +198,34 @@ std::uint32_t RingGeometry::rank_of_first(std::uint32_t length, std::uint32_t fi
   return rank;
 }
 
-std::uint32_t RingGeometry::first_of_rank(std::uint32_t length, std::uint32_t rank) const {
-  reaches(length);
-  constexpr std::uint32_t kFewRounds = 64;
-  if (rank > kFewRounds) {  // only hubs of very long rings come here
-    std::vector<std::uint32_t> order(size_);
-    std::iota(order.begin(), order.end(), 0U);
-    std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) { return reaches_[a] > reaches_[b]; });
-    return order[rank];
-  }
-  for (std::uint32_t round = 0;; ++round) {
-    std::uint32_t best = 0;
-    for (std::uint32_t i = 1; i < size_; ++i) {
-      if (reaches_[i] > reaches_[best]) best = i;
+// Takes the farthest away, rank times.
+template <std::uint32_t blocks>
+std::uint32_t RingGeometry::nth_reach(std::uint32_t length, std::uint32_t rank) const {
+  std::array<Float4, blocks> reach;
+  for (std::uint32_t k = 0; k < blocks; ++k) reach[k] = reach_block(length, 4 * k);
+  for (;; --rank) {
+    Float4 most = reach[0];
+    for (std::uint32_t k = 1; k < blocks; ++k) most = larger(most, reach[k]);
+    most = larger(most, __builtin_shufflevector(most, most, 2, 3, 0, 1));
+    most = larger(most, __builtin_shufflevector(most, most, 1, 0, 3, 2));
+    Uint4 found{};
+    for (std::uint32_t k = 0; k < blocks; ++k) found |= mask_of(reach[k] == most) & (Uint4{1, 2, 4, 8} << uint4(4 * k));
+    const auto best = static_cast<std::uint32_t>(std::countr_zero(any_bits(found)));
+    if (rank == 0) return best;
+    for (std::uint32_t k = 0; k < blocks; ++k) {
+      reach[k] = chosen(mask_of(lanes_from(4 * k) == uint4(best)), float4(kLeast), reach[k]);
     }
-    if (round == rank) return best;
-    reaches_[best] = -std::numeric_limits<float>::infinity();
   }
+}
+
+std::uint32_t RingGeometry::first_of_rank(std::uint32_t length, std::uint32_t rank) const {
+  if (size_ <= 8) return nth_reach<2>(length, rank);
+  if (size_ <= 16) return nth_reach<4>(length, rank);
+  reaches(length);
+  std::vector<std::uint32_t> order(size_);
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) { return reaches_[a] > reaches_[b]; });
+  return order[rank];
 }
 
 }  // namespace fanstream

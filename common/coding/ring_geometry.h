@@ -2,12 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <glm/vec3.hpp>
-#include <span>
 #include <vector>
 
-#include "common/coding/float4.h"
-#include "common/fans/fan_split.h"
+#include "common/coding/fan_vertex.h"
 
 namespace fanstream {
 
@@ -15,19 +12,36 @@ namespace fanstream {
 // every machine computes the same bits. Reused from split to split to avoid allocation; not thread safe.
 class RingGeometry {
  public:
-  // `ring` as RingMesh::ring gives it; `unit` is the size of one code step of each axis. Position 0 is the canonical start.
-  void assign(std::span<const VertexId> ring, VertexId root, std::span<const GridPoint> places, const glm::vec3& unit);
+  // In three steps, so that several rings can be worked on side by side. First the ring of `root`, of at least 3: position 0
+  // is the canonical start.
+  void load(const RingMesh& rings, VertexId root);
+  // Then where it lies. `unit` is the size of one code step of each axis, 0 in the fourth lane.
+  void place(std::span<const FanVertex> vertices, Float4 unit);
+  // Then its shape.
+  void measure();
+  void assign(const RingMesh& rings, VertexId root, std::span<const FanVertex> vertices, Float4 unit) {
+    load(rings, root);
+    place(vertices, unit);
+    measure();
+  }
 
   std::uint32_t size() const { return size_; }
-  std::uint32_t start() const { return start_; }  // where the canonical ring starts in the ring that was given
   bool is_open() const { return gap_ < size_; }
   std::uint32_t gap() const { return gap_; }  // position of kOutside, or size()
-  VertexId id(std::uint32_t i) const { return ids_[i]; }
-  Float4 spoke(std::uint32_t i) const { return spokes_[i]; }  // from the root; zero at the gap
-  Float4 normal() const { return normal_; }                   // unit length
-  float mean_length() const { return mean_length_; }                       // of the spokes
-  float bend() const { return bend_; }                                     // mean distance of the ring from the root's tangent plane
-  std::uint32_t wrap(std::uint32_t i) const { return i < size_ ? i : i - size_; }
+  VertexId id(std::uint32_t i) const { return ids_[start_ + i]; }
+  // The ring as it is stored, twice around, with room to read 16 entries more; and where in it the canonical ring starts.
+  const VertexId* stored_twice() const { return ids_.data(); }
+  std::uint32_t start() const { return start_; }
+  // From the root; zero at the gap. Positions run on to 2 * size() - 1, twice around.
+  Float4 spoke(std::uint32_t i) const { return spokes_[i]; }
+  Float4 spoke_sum(std::uint32_t i) const { return spoke_sums_[i]; }  // of the first i, twice around
+  Float4 normal() const { return normal_; }           // unit length
+  float mean_square() const { return mean_square_; }  // of the spokes' lengths
+  float bend_square() const { return bend_square_; }  // mean square of the ring's distances from the root's tangent plane
+  std::uint32_t wrap(std::uint32_t i) const { return i - (size_ & (0U - static_cast<std::uint32_t>(i >= size_))); }  // of positions below 2 * size()
+  std::uint32_t steps(std::uint32_t from, std::uint32_t to) const {  // without a branch, which would be a coin toss
+    return to - from + (size_ & (0U - static_cast<std::uint32_t>(to < from)));
+  }
 
   // For an arc of `length` ring steps, its possible first positions are ranked by how far the arc reaches out, since a
   // root that kept its place lies off the middle of its ring, away from the vertex it absorbed. Precondition: closed.
@@ -35,21 +49,37 @@ class RingGeometry {
   std::uint32_t rank_of_first(std::uint32_t length, std::uint32_t first) const;
 
  private:
-  void measure();
-  const float* reaches(std::uint32_t length) const;  // of the arcs of that length, by first position
+  // Rings are worked on by blocks of four entries: two or four blocks, which the compiler unrolls, or as many as it takes (0).
+  template <std::uint32_t blocks>
+  void find_start(std::span<const VertexId> ring);
+  template <std::uint32_t blocks>
+  void find_neighbours(VertexId root);
+  template <std::uint32_t blocks>
+  void place_blocks(std::span<const FanVertex> vertices, Float4 unit);
+  template <std::uint32_t blocks>
+  void measure_blocks();
+  template <std::uint32_t blocks>
+  std::uint32_t nth_reach(std::uint32_t length, std::uint32_t rank) const;
+  template <std::uint32_t blocks>
+  std::uint32_t block_count() const { return blocks != 0 ? blocks : (size_ + 3) / 4; }
+  Float4 reach_block(std::uint32_t length, std::uint32_t at) const;
+  void reaches(std::uint32_t length) const;
+  void grow(std::size_t size);
 
   std::uint32_t size_ = 0;
   std::uint32_t start_ = 0;
   std::uint32_t gap_ = 0;
-  float mean_length_ = 0.0F;
-  float bend_ = 0.0F;
-  Float4 normal_{};
-  // At least size() entries each; spokes_ repeats the first at the end.
-  std::vector<VertexId> ids_;
-  std::vector<Float4> spokes_;
-  std::vector<float> squares_;  // of the spokes' lengths
-  mutable std::vector<float> reach_sums_;  // squared lengths of the first i spokes, twice around
-  mutable std::vector<float> reaches_;
+  VertexId root_ = 0;
+  float mean_square_ = 0.0F;
+  float bend_square_ = 0.0F;
+  Float4 normal_{};  // before measure(): not yet of unit length
+  std::size_t capacity_ = 0;
+  std::vector<VertexId> ids_;         // twice around, as stored
+  std::vector<VertexId> neighbours_;  // canonical; the root itself at the gap and past the end
+  std::vector<Float4> spokes_;        // twice around
+  std::vector<Float4> spoke_sums_;    // of the first i spokes, twice around
+  std::vector<float> square_sums_;    // of the first i spokes' squared lengths, twice around
+  mutable std::vector<float> reaches_;  // scratch
 };
 
 }  // namespace fanstream

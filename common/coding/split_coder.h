@@ -1,132 +1,147 @@
-// One FanSplit to symbols and back, given the canonical ring of its root. Described step by step in CODING.md.
+// FanSplits to symbols and back, given the canonical rings of their roots. Described step by step in CODING.md.
+//
+// Splits are coded by batches of independent ones, stage by stage: what a decoder computes for one split then runs beside what it
+// computes for the others, and only the symbols themselves have to wait for each other.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <glm/geometric.hpp>
+#include <span>
 
 #include "common/coding/residual_tables.h"
 #include "common/coding/ring_geometry.h"
 #include "common/coding/split_model.h"
+#include "common/coding/split_prediction.h"
 
 namespace fanstream {
 
-// What prediction and spreads are computed from, once the arc and the parent's position are known.
-struct RingFeatures {
-  bool middle = false;                        // the displacement itself is predicted, not the hidden centre's place
-  std::uint32_t arc = 1;                      // ring steps on the hidden centre's side
-  std::array<Float4, PredictionContexts::kFeatures> features{};
+// A split on its way between values and symbols.
+struct SplitInProgress {
+  RingGeometry ring;           // of the root, to be assigned before
+  FanSplit split;              // given to an encoder, found by a decoder; wings are canonical ring positions
+  bool last_of_patch = false;  // the root has no more splits in this generation
+  std::uint32_t length = 1;    // of the arc, in ring steps
+  std::uint32_t rank = 0;      // of the arc among those of its length; on an open ring, from the gap
+  Opening opening = Opening::closed;
+  AxisChain chain;
 };
-
-// Means of the spokes inside the hidden centre's arc, of the wings, inside the other arc, and at the ends of its own.
-// The hidden centre is the one that is not where the parent was.
-RingFeatures ring_features(const RingGeometry& ring, const FanSplit& split);
-
-// The predicted vector and the frame of its error, in grid steps.
-struct Prediction {
-  Float4 mean{};
-  Float4 along{};  // unit length, in the tangent plane
-  float spread_along = 1.0F;
-  float spread_across = 1.0F;
-  float spread_normal = 1.0F;
-};
-Prediction predict(const SplitModel& model, const RingGeometry& ring, const RingFeatures& features);
-
-// The covariance of the error in code steps and what each axis, in coding order, expects of the next.
-struct AxisChain {
-  std::array<int, 3> order{};           // the axis closest to the normal comes last
-  Float4 mean{};                        // code steps, by axis
-  std::array<float, 3> spread{};        // by place in the order
-  float second_from_first = 0.0F;       // regression on the errors before
-  float third_from_first = 0.0F;
-  float third_from_second = 0.0F;
-};
-AxisChain chain_axes(const Prediction& prediction, Float4 normal, const glm::vec3& unit);
 
 namespace detail {
 
+// A decoder's state is worked on in registers; an encoder is used in place.
+template <class Coder, bool decodes = Coder::kDecodes>
+struct FastCoder {
+  Coder& coder;
+  explicit FastCoder(Coder& original) : coder(original) {}
+};
+template <class Coder>
+struct FastCoder<Coder, true> {
+  Coder& original;
+  Coder coder;
+  explicit FastCoder(Coder& given) : original(given), coder(given) {}
+  ~FastCoder() { original = coder; }
+  FastCoder(const FastCoder&) = delete;
+  FastCoder& operator=(const FastCoder&) = delete;
+};
+
 // Values 0.. with an escape at the table's last symbol.
 template <class Coder>
-std::uint32_t code_large(Coder& coder, const FrequencyTable& table, std::uint32_t value) {
+[[gnu::always_inline]] inline std::uint32_t code_large(Coder& coder, const FrequencyTable& table, std::uint32_t value) {
   const auto escape = static_cast<std::uint32_t>(table.symbol_count() - 1);
   const auto symbol = static_cast<std::uint32_t>(coder.symbol(table, static_cast<int>(std::min(value, escape))));
-  if (symbol < escape) return symbol;
+  if (symbol < escape) [[likely]] return symbol;
   const unsigned rest = value - escape;
   const unsigned high = coder.bits(12, rest >> 12U);
   return escape + (high << 12U) + coder.bits(12, rest & 0xFFFU);
 }
 
+template <class Coder>
+[[gnu::always_inline]] inline std::uint32_t code_often_zero(Coder& coder, const FrequencyTable& table, std::uint32_t value) {
+  if constexpr (Coder::kDecodes) {
+    if (coder.is_zero(table)) [[likely]] return 0;
+  }
+  return code_large(coder, table, value);
+}
+
 inline Opening opening_of(const RingGeometry& ring, std::uint32_t first, std::uint32_t last) {
   if (!ring.is_open()) return Opening::closed;
   if (ring.gap() == first || ring.gap() == last) return Opening::wing;
-  const std::uint32_t size = ring.size();
-  return (ring.gap() + size - first) % size < (last + size - first) % size ? Opening::taken : Opening::left;
+  return ring.steps(first, ring.gap()) < ring.steps(first, last) ? Opening::taken : Opening::left;
+}
+
+// What an encoder knows of the arc before it is coded.
+inline void describe_arc(SplitInProgress& s) {
+  s.opening = opening_of(s.ring, s.split.first, s.split.last);
+  s.length = s.ring.steps(s.split.first, s.split.last);
+  if (s.opening == Opening::closed) s.rank = s.ring.rank_of_first(s.length, s.split.first);
+  if (s.opening == Opening::wing) s.rank = s.split.first == s.ring.gap() ? 1 : 0;
+  if (s.opening == Opening::taken || s.opening == Opening::left) s.rank = s.ring.steps(s.ring.gap(), s.split.first);
+}
+
+// The wings from what was coded of them: any first != last below the ring's size, whatever the bytes.
+inline void find_wings(SplitInProgress& s) {
+  const RingGeometry& ring = s.ring;
+  if (s.opening == Opening::closed) {
+    s.split.first = ring.first_of_rank(s.length, s.rank);
+  } else if (s.opening == Opening::wing) {
+    s.split.first = s.rank != 0 ? ring.gap() : ring.wrap(ring.gap() + ring.size() - s.length);
+  } else {
+    s.split.first = ring.wrap(ring.gap() + s.rank);
+  }
+  s.split.last = ring.wrap(s.split.first + s.length);
+}
+
+// How the ring is cut, and where the parent lay.
+template <class Coder>
+[[gnu::always_inline]] inline void code_shape(Coder& coder, const SplitModel& model, SplitInProgress& s) {
+  const std::uint32_t size = s.ring.size();
+  const auto table = [&model](int index) -> const FrequencyTable& { return model.symbols[static_cast<std::size_t>(index)]; };
+  if (s.ring.is_open()) [[unlikely]] {
+    s.opening = static_cast<Opening>(coder.symbol(table(SymbolContexts::opening(size)), static_cast<int>(s.opening)));
+  }
+  s.length = std::min(1 + code_large(coder, table(SymbolContexts::length(s.opening, size)), s.length - 1), size - 1);
+  if (s.opening == Opening::wing) [[unlikely]] {
+    s.rank = coder.bits(1, s.rank);
+  } else {
+    s.rank = std::min(code_large(coder, table(SymbolContexts::rank(size, s.length)), s.rank), size - 1);
+  }
+  const int parent_table = SymbolContexts::parent(s.last_of_patch, s.ring.is_open());
+  s.split.parent = static_cast<ParentPosition>(coder.symbol(table(parent_table), static_cast<int>(s.split.parent)));
+}
+
+// One axis of the displacement, the axes in the order of the chain; where the kept centre is hidden, the vector to it is coded.
+template <std::size_t place, class Coder>
+[[gnu::always_inline]] inline void code_axis(Coder& coder, const ResidualTables& tables, SplitInProgress& s) {
+  AxisChain& chain = s.chain;
+  std::int32_t& coordinate = (&s.split.displacement.x)[chain.order[place]];
+  const int sign = s.split.parent == ParentPosition::added ? -1 : 1;
+  const std::int32_t value = tables.code(coder, chain.expected[place], chain.variance[place], sign * coordinate);
+  coordinate = sign * value;
+  chain.learn<place>(static_cast<float>(value));
 }
 
 }  // namespace detail
 
-// Ring positions of the wings. Decoding yields any first != last below the ring's size, whatever the bytes.
+// Codes everything of the splits but their roots.
 template <class Coder>
-void code_arc(Coder& coder, const SplitModel& model, const RingGeometry& ring, FanSplit& split) {
-  const std::uint32_t size = ring.size();
-  Opening opening = Opening::closed;
-  if (ring.is_open()) {
-    if constexpr (!Coder::kDecodes) opening = detail::opening_of(ring, split.first, split.last);
-    const FrequencyTable& table = model.symbols[static_cast<std::size_t>(SymbolContexts::opening(size))];
-    opening = static_cast<Opening>(coder.symbol(table, static_cast<int>(opening)));
-  }
-  std::uint32_t length = (split.last + size - split.first) % size;
-  const std::size_t length_table = static_cast<std::size_t>(SymbolContexts::length(opening, size));
-  length = 1 + detail::code_large(coder, model.symbols[length_table], length - 1);
-  length = std::min(length, size - 1);
-  std::uint32_t first = split.first;
-  if (opening == Opening::wing) {
-    first = coder.bits(1, first == ring.gap() ? 1U : 0U) != 0U ? ring.gap() : (ring.gap() + size - length) % size;
-  } else {
-    const FrequencyTable& table = model.symbols[static_cast<std::size_t>(SymbolContexts::rank(size, length))];
-    std::uint32_t rank = 0;
-    if (opening == Opening::closed) {
-      if constexpr (!Coder::kDecodes) rank = ring.rank_of_first(length, first);
-      rank = std::min(detail::code_large(coder, table, rank), size - 1);
-      first = ring.first_of_rank(length, rank);
+void code_splits(Coder& original, const SplitModel& model, const AxisUnits& units, std::span<SplitInProgress> splits) {
+  detail::FastCoder<Coder> fast(original);
+  auto& coder = fast.coder;
+  for (SplitInProgress& s : splits) {
+    if constexpr (Coder::kDecodes) {
+      s.opening = Opening::closed;
     } else {
-      rank = std::min(detail::code_large(coder, table, (first + size - ring.gap()) % size), size - 1);
-      first = (ring.gap() + rank) % size;
+      detail::describe_arc(s);
     }
+    detail::code_shape(coder, model, s);
   }
-  split.first = first;
-  split.last = (first + length) % size;
-}
-
-template <class Coder>
-void code_displacement(Coder& coder, const SplitModel& model, const RingGeometry& ring, const glm::vec3& unit,
-                       FanSplit& split) {
-  const RingFeatures features = ring_features(ring, split);
-  const AxisChain chain = chain_axes(predict(model, ring, features), ring.normal(), unit);
-  // Where the kept centre is hidden, the vector to it is what is predicted.
-  const int sign = split.parent == ParentPosition::added ? -1 : 1;
-  const ResidualTables& tables = ResidualTables::instance();
-  std::array<float, 3> error{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const int axis = chain.order[i];
-    float mean = chain.mean[axis];
-    if (i == 1) mean += chain.second_from_first * error[0];
-    if (i == 2) mean += chain.third_from_first * error[0] + chain.third_from_second * error[1];
-    const std::int32_t value = tables.code(coder, mean, chain.spread[i], sign * split.displacement[axis]);
-    split.displacement[axis] = sign * value;
-    error[i] = static_cast<float>(value) - chain.mean[axis];
+  for (SplitInProgress& s : splits) {
+    detail::find_wings(s);
+    chain_axes(predict(model, s.ring, ring_features(s.ring, s.split)), s.ring.normal(), units, s.chain);
   }
-}
-
-// Everything of a split but its root. `last_of_patch`: the root has no more splits in this generation.
-template <class Coder>
-void code_split(Coder& coder, const SplitModel& model, const RingGeometry& ring, const glm::vec3& unit,
-                bool last_of_patch, FanSplit& split) {
-  code_arc(coder, model, ring, split);
-  const int parent_table = SymbolContexts::parent(last_of_patch, ring.is_open());
-  split.parent = static_cast<ParentPosition>(
-      coder.symbol(model.symbols[static_cast<std::size_t>(parent_table)], static_cast<int>(split.parent)));
-  code_displacement(coder, model, ring, unit, split);
+  for (SplitInProgress& s : splits) detail::code_axis<0>(coder, model.residuals, s);
+  for (SplitInProgress& s : splits) detail::code_axis<1>(coder, model.residuals, s);
+  for (SplitInProgress& s : splits) detail::code_axis<2>(coder, model.residuals, s);
 }
 
 }  // namespace fanstream

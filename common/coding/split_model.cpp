@@ -15,26 +15,10 @@ constexpr double kHalfOctave = 0.70710678118654752440;
 
 }  // namespace
 
-int SymbolContexts::split_count(std::uint32_t valence, std::uint32_t age) {
-  const int by_valence = valence < 3 ? 0 : valence > 14 ? 11 : static_cast<int>(valence) - 3;
-  const int by_age = age < 5 ? static_cast<int>(age) : age < 7 ? 5 : age < 11 ? 6 : 7;
-  return by_valence * 8 + by_age;
-}
-
 int SymbolContexts::symbol_count(int table) {
   if (table < kOpeningFirst) return 5;
   if (table < kLengthFirst) return 4;
   return table < kParentFirst ? 32 : 3;
-}
-
-int SpreadContexts::size_class(float size) {
-  const auto bits = std::bit_cast<std::uint32_t>(size * size);
-  return std::clamp(static_cast<int>(bits >> 23U) - 127 + 4, 0, kSizes - 1);
-}
-
-int SpreadContexts::normal(float bend, float mean_length) {
-  const int ratio = bend * 16.0F < mean_length ? 0 : bend * 5.0F < mean_length ? 1 : 2;
-  return kNormal + ratio * kSizes + size_class(bend);
 }
 
 std::uint8_t coded_share(double count, double sum) {
@@ -44,10 +28,12 @@ std::uint8_t coded_share(double count, double sum) {
 
 FrequencyTable table_of(std::span<const std::uint8_t> coded_shares) {
   std::array<double, FrequencyTable::kMaxSymbols> weights{};
-  for (std::size_t i = 0; i < coded_shares.size(); ++i) {
-    weights[i] = 1.0;
-    for (int q = 0; q < coded_shares[i]; ++q) weights[i] *= kHalfOctave;
-  }
+  static const std::array<double, 32> kWeights = [] {
+    std::array<double, 32> powers{1.0};
+    for (std::size_t q = 1; q < powers.size(); ++q) powers[q] = powers[q - 1] * kHalfOctave;
+    return powers;
+  }();
+  for (std::size_t i = 0; i < coded_shares.size(); ++i) weights[i] = kWeights[coded_shares[i] & 31U];
   return FrequencyTable::from_weights(std::span<const double>(weights).first(coded_shares.size()));
 }
 
@@ -73,7 +59,7 @@ bool code_group(Coder& coder, const FrequencyTable& differs_table, std::span<Num
   const bool differs = coder.symbol(differs_table, std::equal(group.begin(), group.end(), built_in.begin()) ? 0 : 1) != 0;
   for (std::size_t i = 0; i < group.size(); ++i) {
     int value = built_in[i];
-    if (differs) value = ResidualTables::instance().code(coder, static_cast<float>(built_in[i]), 2.0F, group[i]);
+    if (differs) value = ResidualTables::instance().code(coder, static_cast<float>(built_in[i]), 4.0F, group[i]);
     if (value < low || value > high) return false;
     group[i] = static_cast<Number>(value);
   }
@@ -141,7 +127,10 @@ SplitModel::SplitModel(const SplitStatistics& statistics) {
   for (std::size_t c = 0; c < weights.size(); ++c) {
     for (std::size_t f = 0; f < weights[c].size(); ++f) weights[c][f] = static_cast<float>(statistics.weights[c][f]) / 64.0F;
   }
-  for (std::size_t i = 0; i < spreads.size(); ++i) spreads[i] = power_of_eighths(statistics.spreads[i]);
+  for (std::size_t i = 0; i < variances.size(); ++i) {
+    const float spread = power_of_eighths(statistics.spreads[i]);
+    variances[i] = spread * spread;
+  }
 }
 
 }  // namespace fanstream

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <span>
 #include <vector>
 
 #include "common/coding/frequency_table.h"
+#include "common/coding/residual_tables.h"
 #include "common/support/byte_io.h"
 #include "common/support/result.h"
 
@@ -28,7 +30,11 @@ struct SymbolContexts {
 
   static int ring_class(std::uint32_t size) { return size < 3 ? 0 : size > 15 ? 12 : static_cast<int>(size) - 3; }
   // How many splits a vertex gets: by its valence and the generations since it was last split or made.
-  static int split_count(std::uint32_t valence, std::uint32_t age);
+  static int split_count(std::uint32_t valence, std::uint32_t age) {
+    const std::uint32_t by_valence = valence < 3 ? 0 : valence > 14 ? 11 : valence - 3;
+    static constexpr std::array<std::uint8_t, 12> kAges = {0, 1, 2, 3, 4, 5, 5, 6, 6, 6, 6, 7};
+    return static_cast<int>(by_valence * 8 + kAges[age < 11 ? age : 11]);
+  }
   static int opening(std::uint32_t ring) { return kOpeningFirst + ring_class(ring); }
   static int length(Opening opening, std::uint32_t ring) {
     return kLengthFirst + static_cast<int>(opening) * kRingClasses + ring_class(ring);
@@ -62,8 +68,15 @@ struct SpreadContexts {
   static constexpr int kNormal = 2 * kSizes;
   static constexpr int kMiddleShift = kNormal + kSizes * kRatios;
   static constexpr int kSpreads = kMiddleShift + 1;
-  static int size_class(float size);
-  static int normal(float bend, float mean_length);
+  // From squared sizes.
+  static int size_class(float square) {
+    const int exponent = static_cast<int>(std::bit_cast<std::uint32_t>(square) >> 23U) - 127 + 4;
+    return exponent < 0 ? 0 : exponent < kSizes ? exponent : kSizes - 1;
+  }
+  static int normal(float bend_square, float mean_square) {
+    const int ratio = static_cast<int>(bend_square * 256.0F >= mean_square) + static_cast<int>(bend_square * 25.0F >= mean_square);
+    return kNormal + ratio * kSizes + size_class(bend_square);
+  }
 };
 
 // The numbers that a model is made of, as they are stored: for each symbol of each table -2 log2 of its share (0..31), the
@@ -88,7 +101,9 @@ FrequencyTable table_of(std::span<const std::uint8_t> coded_shares);
 struct SplitModel {
   std::array<FrequencyTable, SymbolContexts::kTables> symbols;
   std::array<std::array<float, PredictionContexts::kFeatures>, PredictionContexts::kClasses> weights{};
-  std::array<float, SpreadContexts::kSpreads> spreads{};  // grid steps; the middle's as a factor
+  std::array<float, SpreadContexts::kSpreads> variances{};  // squared spreads in grid steps; the middle's as a factor
+
+  const ResidualTables& residuals = ResidualTables::instance();
 
   explicit SplitModel(const SplitStatistics& statistics = SplitStatistics::built_in());
 };

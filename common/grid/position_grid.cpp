@@ -58,13 +58,6 @@ void PositionGrid::set_values(int axis, std::vector<std::int32_t> values) {
   values_[a] = std::move(values);
 }
 
-bool PositionGrid::contains(const GridPoint& code) const {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (code[axis] < 0 || code[axis] >= code_count(axis)) return false;
-  }
-  return true;
-}
-
 std::int32_t PositionGrid::to_code(int axis, std::int32_t value) const {
   const auto& values = values_[static_cast<std::size_t>(axis)];
   if (values.empty()) return value;

@@ -31,7 +31,12 @@ class PositionGrid {
   double step() const { return step_; }
   // Codes of an axis run from 0 to code_count - 1.
   std::int32_t code_count(int axis) const { return code_counts_[static_cast<std::size_t>(axis)]; }
-  bool contains(const GridPoint& code) const;
+  bool contains(const GridPoint& code) const {
+    const auto below = [](std::int32_t value, std::int32_t count) {
+      return static_cast<std::uint32_t>(value) < static_cast<std::uint32_t>(count);
+    };
+    return below(code.x, code_counts_[0]) && below(code.y, code_counts_[1]) && below(code.z, code_counts_[2]);
+  }
   // The mean distance between neighbouring codes in grid steps, by axis.
   glm::vec3 unit() const { return unit_; }
 

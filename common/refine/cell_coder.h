@@ -1,7 +1,11 @@
 // One generation of one cell, to symbols and back.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "common/coding/split_coder.h"
 #include "common/grid/position_grid.h"
@@ -29,56 +33,135 @@ struct CellVertices {
 
 // The scratch and constants that coding needs; one per thread of work.
 struct CellCoding {
+  static constexpr std::size_t kBatch = 16;  // splits that are coded side by side, at most; part of the format
+  struct Root {
+    VertexId vertex;
+    std::uint32_t splits;
+  };
   const SplitModel& model;
   const PositionGrid& grid;
-  RingGeometry ring;
+  AxisUnits units;
+  std::array<SplitInProgress, kBatch> batch;
+  std::vector<Root> roots;  // of a generation of a cell, with the splits they still have
+
+  CellCoding(const SplitModel& split_model, const PositionGrid& position_grid)
+      : model(split_model), grid(position_grid), units(grid.unit()) {}
 };
+
+namespace detail {
+
+// Kept out of the way of what is decoded.
+[[gnu::cold, gnu::noinline]] Result<void> too_many_splits(std::uint32_t cell);
+[[gnu::cold, gnu::noinline]] Result<void> off_the_grid(std::uint32_t cell, VertexId root);
+
+// Marks the neighbours of a root that are of its cell. Rings are gone through by eights, the rest of them being the root itself:
+// how long a ring is nobody can tell, and to mark the root does no harm.
+inline void mark_neighbours(FanState& state, std::uint32_t cell, VertexId root, std::uint8_t mark) {
+  const std::span<const VertexId> ring = state.rings.ring(root);
+  const auto mark_if_here = [&](VertexId w) {
+    std::uint8_t& near_root = state.near_root[w];
+    near_root = state.cells[w] == cell ? mark : near_root;
+  };
+  if (ring.size() > 16) {
+    for (const VertexId w : ring) mark_if_here(w == kOutside ? root : w);
+    return;
+  }
+  const auto mark_eight = [&](std::size_t from) {
+    for (std::size_t i = from; i < from + 8; ++i) {
+      const VertexId w = ring.data()[i];  // sixteen can be read
+      mark_if_here(i < ring.size() && w != kOutside ? w : root);
+    }
+  };
+  mark_eight(0);
+  if (ring.size() > 8) mark_eight(8);
+}
+
+// How often each vertex of the cell is split; fills coding.roots and returns the sum.
+template <class Coder, class Source>
+std::uint64_t code_roots(FanState& state, const CellVertices& vertices, std::uint32_t generation, Coder& original,
+                         const Source& source, CellCoding& coding) {
+  FastCoder<Coder> fast(original);
+  const auto mark = static_cast<std::uint8_t>(generation);
+  const std::uint32_t count = vertices.count();
+  coding.roots.resize(count);
+  std::size_t roots = 0;
+  std::uint64_t sum = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const VertexId v = vertices.at(i);
+    if (state.near_root[v] == mark) continue;  // patches of one generation share no face
+    const VertexContext context = state.vertices[v].context;
+    const int table = SymbolContexts::split_count(context.valence, generation - context.touched);
+    const std::uint32_t splits =
+        code_often_zero(fast.coder, coding.model.symbols[static_cast<std::size_t>(table)], source.split_count(v));
+    if (splits == 0) continue;
+    coding.roots[roots++] = {v, splits};
+    sum += splits;
+    mark_neighbours(state, vertices.cell, v, mark);
+  }
+  coding.roots.resize(roots);
+  return sum;
+}
+
+// The next split of up to kBatch roots.
+template <class Coder, class Source>
+Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t generation, std::span<CellCoding::Root> roots,
+                        Coder& coder, Source& source, CellCoding& coding) {
+  const std::span<SplitInProgress> batch = std::span(coding.batch).first(roots.size());
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    const VertexId v = roots[i].vertex;
+    batch[i].ring.load(state.rings, v);
+    batch[i].split.root = v;
+    batch[i].last_of_patch = --roots[i].splits == 0;
+  }
+  for (SplitInProgress& s : batch) s.ring.place(state.vertices, coding.units.size);
+  for (SplitInProgress& s : batch) s.ring.measure();
+  for (SplitInProgress& s : batch) {
+    const VertexId root = s.split.root;
+    s.split = source.split(s.ring, root);
+    s.split.root = root;
+  }
+  code_splits(coder, coding.model, coding.units, batch);
+  for (SplitInProgress& s : batch) {
+    const VertexId v = s.split.root;
+    const SplitPlaces places = places_after_split(state.vertices[v].place, s.split.parent, s.split.displacement, generation);
+    if (!coding.grid.contains(places.kept) || !coding.grid.contains(places.added)) {
+      return off_the_grid(vertices.cell, v);
+    }
+    const VertexId added = vertices.first_new + vertices.made++;
+    const VertexContext before = state.vertices[v].context;
+    // The ring is applied as stored, which may start elsewhere than the canonical one.
+    s.split.first = s.ring.wrap(s.split.first + s.ring.start());
+    s.split.last = s.ring.wrap(s.split.last + s.ring.start());
+    apply_split(state, vertices.cell, generation, s.split, s.ring.stored_twice(), s.ring.size(), places, added);
+    source.made(s.split, before, added);
+  }
+  return {};
+}
+
+}  // namespace detail
 
 // Source is what knows the splits: for an encoder the builder's history, for a decoder DecodedSplits. It has
 //   std::uint32_t split_count(VertexId) and FanSplit split(const RingGeometry&, VertexId root)
 // and is told made(const FanSplit&, VertexContext before, VertexId added) of each split, with its ring positions as they
-// were applied and the root's context before it.
+// were applied and the root's context before it. Splits come in rounds: the first of every root, then the second of those
+// that have two, and so on; a root's next one is asked for after the one before was made.
 // `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid or outnumber the cell table's.
 template <class Coder, class Source>
 Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint32_t generation, Coder& coder,
                              Source& source, CellCoding& coding) {
-  const glm::vec3 unit = coding.grid.unit();
-  const auto mark = static_cast<std::uint8_t>(generation);
-  const std::uint32_t count = vertices.count();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const VertexId v = vertices.at(i);
-    const VertexContext context = state.contexts[v];
-    if (context.near_root == mark) continue;  // patches of one generation share no face
-    const int table = SymbolContexts::split_count(context.valence, generation - context.touched);
-    const std::uint32_t splits =
-        detail::code_large(coder, coding.model.symbols[static_cast<std::size_t>(table)], source.split_count(v));
-    if (splits == 0) continue;
-    if (splits > kMostSplitsPerVertex || splits > vertices.most_new - vertices.made) {
-      return fail(ErrorKind::bad_input, "cell " + std::to_string(vertices.cell) + ": vertex " + std::to_string(v) +
-                                            " is split more often than the cell table allows");
+  const std::uint64_t splits = detail::code_roots(state, vertices, generation, coder, source, coding);
+  std::vector<CellCoding::Root>& roots = coding.roots;
+  const bool repeated = std::any_of(roots.begin(), roots.end(), [](const auto& r) { return r.splits > kMostSplitsPerVertex; });
+  if (repeated || splits > vertices.most_new - vertices.made) {
+    return detail::too_many_splits(vertices.cell);
+  }
+  while (!roots.empty()) {
+    for (std::size_t begin = 0; begin < roots.size(); begin += CellCoding::kBatch) {
+      const std::size_t size = std::min(CellCoding::kBatch, roots.size() - begin);
+      const std::span<CellCoding::Root> some = std::span(roots).subspan(begin, size);
+      if (Result<void> coded = detail::code_batch(state, vertices, generation, some, coder, source, coding); !coded) return coded;
     }
-    for (const VertexId w : state.rings.ring(v)) {
-      if (w != kOutside && state.cells[w] == vertices.cell) state.contexts[w].near_root = mark;
-    }
-    for (std::uint32_t remaining = splits; remaining > 0; --remaining) {
-      coding.ring.assign(state.rings.ring(v), v, state.places, unit);
-      FanSplit split = source.split(coding.ring, v);
-      split.root = v;
-      code_split(coder, coding.model, coding.ring, unit, remaining == 1, split);
-      const SplitPlaces places = places_after_split(state.places[v], split.parent, split.displacement, generation);
-      if (!coding.grid.contains(places.kept) || !coding.grid.contains(places.added)) {
-        return fail(ErrorKind::bad_input, "cell " + std::to_string(vertices.cell) + ": the split of vertex " +
-                                              std::to_string(v) + " leaves the grid");
-      }
-      const VertexId added = vertices.first_new + vertices.made++;
-      // The ring is applied as stored, which may start elsewhere than the canonical one.
-      const std::uint32_t size = coding.ring.size();
-      split.first = (split.first + coding.ring.start()) % size;
-      split.last = (split.last + coding.ring.start()) % size;
-      const VertexContext before = state.contexts[v];
-      apply_split(state, vertices.cell, generation, split, added);
-      source.made(split, before, added);
-    }
+    std::erase_if(roots, [](const CellCoding::Root& r) { return r.splits == 0; });
   }
   return {};
 }

@@ -6,17 +6,17 @@ namespace fanstream {
 namespace {
 
 struct Partitioner {
-  std::span<const GridPoint> places;
+  std::span<const FanVertex> places;
   glm::vec3 unit;
   std::vector<std::vector<VertexId>>& groups;
 
   int longest_axis(std::span<const VertexId> vertices) const {
-    GridPoint low = places[vertices.front()];
+    GridPoint low = places[vertices.front()].place;
     GridPoint high = low;
     for (const VertexId v : vertices) {
       for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], places[v][axis]);
-        high[axis] = std::max(high[axis], places[v][axis]);
+        low[axis] = std::min(low[axis], places[v].place[axis]);
+        high[axis] = std::max(high[axis], places[v].place[axis]);
       }
     }
     int longest = 0;
@@ -39,7 +39,7 @@ struct Partitioner {
     const int axis = longest_axis(vertices);
     std::nth_element(vertices.begin(), vertices.begin() + static_cast<std::ptrdiff_t>(left), vertices.end(),
                      [&](VertexId a, VertexId b) {
-                       return places[a][axis] != places[b][axis] ? places[a][axis] < places[b][axis] : a < b;
+                       return places[a].place[axis] != places[b].place[axis] ? places[a].place[axis] < places[b].place[axis] : a < b;
                      });
     cut(vertices.first(left), left_parts);
     cut(vertices.subspan(left), parts - left_parts);
@@ -48,7 +48,7 @@ struct Partitioner {
 
 }  // namespace
 
-std::vector<std::vector<VertexId>> partition_vertices(std::vector<VertexId> vertices, std::span<const GridPoint> places,
+std::vector<std::vector<VertexId>> partition_vertices(std::vector<VertexId> vertices, std::span<const FanVertex> places,
                                                       const glm::vec3& unit, std::uint32_t parts) {
   std::vector<std::vector<VertexId>> groups;
   groups.reserve(parts);

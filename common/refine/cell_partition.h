@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "common/fans/fan_split.h"
+#include "common/coding/fan_vertex.h"
 #include "common/grid/position_grid.h"
 
 namespace fanstream {
@@ -13,7 +13,7 @@ namespace fanstream {
 // Cuts the vertices into `parts` compact groups of nearly equal size: halved across the longest axis of their box, over
 // and over (a kd-tree; ties by number). Depends on places and numbers only, so that builder and client agree without a
 // byte being sent. Every group is ascending. Fewer vertices than parts leave groups empty.
-std::vector<std::vector<VertexId>> partition_vertices(std::vector<VertexId> vertices, std::span<const GridPoint> places,
+std::vector<std::vector<VertexId>> partition_vertices(std::vector<VertexId> vertices, std::span<const FanVertex> places,
                                                       const glm::vec3& unit, std::uint32_t parts);
 
 }  // namespace fanstream

@@ -4,32 +4,29 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/coding/base_coder.h"
+#include "common/coding/fan_vertex.h"
 #include "common/fans/ring_mesh.h"
-#include "common/fans/fan_split.h"
 
 namespace fanstream {
-
-// Facts about a vertex that are the same whichever legal order splits were applied in, since only splits of its own
-// cell count. Generations here start at 1; 0 is the base.
-struct VertexContext {
-  std::uint8_t valence = 0;    // when it was last split or made, plus the wings it has been since; modulo 256
-  std::uint8_t touched = 0;    // the generation of that split
-  std::uint8_t near_root = 0;  // the last generation in which a neighbour of its own cell was split
-};
 
 // Arrays by vertex number. Thread safety: like a standard container.
 struct FanState {
   RingMesh rings;
-  std::vector<GridPoint> places;
-  std::vector<VertexContext> contexts;
+  std::vector<FanVertex> vertices;   // place, and what coding remembers
   std::vector<std::uint32_t> cells;  // the deepest cell that holds the vertex
+  std::vector<std::uint8_t> near_root;  // the last generation in which a neighbour of the vertex's own cell was split
 
   void resize(std::size_t vertex_count);
+  std::vector<GridPoint> places() const;
+  // The base mesh, no vertex split yet, in no cell; room for vertex_count vertices.
+  static FanState from_base(const BaseMesh& base, std::size_t vertex_count);
 };
 
-// Applies a split whose wings are positions in the ring as it is stored now (not in canonical order), for a vertex of `cell`.
-// `generation` counts from 1. Precondition: RingMesh::split's.
-void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const FanSplit& split, VertexId added);
+// Applies a split of a vertex of `cell`; its wings are positions in the root's ring, given twice around (RingMesh::split).
+// `generation` counts from 1, `places` are those after the split.
+void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const FanSplit& split,
+                 const VertexId* ring_twice, std::uint32_t ring_size, const SplitPlaces& places, VertexId added);
 
 // What the exact inverse of a split needs to know beyond the mesh.
 struct SplitUndo {

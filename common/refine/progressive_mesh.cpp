@@ -9,18 +9,10 @@ namespace fanstream {
 ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const AssetHead> head)
     : head_(std::move(head)),
       model_(head_->statistics),
-      coding_{model_, head_->grid, {}},
-      waiting_(head_->generation_count() + 2) {
-  const auto count = static_cast<std::uint32_t>(head_->base.places.size());
-  state_.rings = RingMesh::from_triangles(count, head_->base.triangles);
-  state_.places = head_->base.places;
-  state_.contexts.resize(count);
-  state_.cells.resize(count);
-  for (VertexId v = 0; v < count; ++v) {
-    state_.contexts[v].valence = static_cast<std::uint8_t>(state_.rings.ring_size(v));
-  }
-  vertex_count_ = count;
-}
+      coding_(model_, head_->grid),
+      state_(FanState::from_base(head_->base, head_->base.places.size())),
+      waiting_(head_->generation_count() + 2),
+      vertex_count_(static_cast<std::uint32_t>(head_->base.places.size())) {}
 
 void ProgressiveMesh::set_index(std::shared_ptr<const AssetIndex> index) {
   index_ = std::move(index);
@@ -37,7 +29,7 @@ void ProgressiveMesh::set_index(std::shared_ptr<const AssetIndex> index) {
 
 void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std::uint32_t first, std::uint32_t count,
                                   std::uint32_t slab) {
-  auto groups = partition_vertices({parent_vertices.begin(), parent_vertices.end()}, state_.places,
+  auto groups = partition_vertices({parent_vertices.begin(), parent_vertices.end()}, state_.vertices,
                                    head_->grid.unit(), count);
   for (std::uint32_t i = 0; i < count; ++i) {
     Cell& cell = cells_[first + i];
@@ -47,6 +39,7 @@ void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std
     cell.done = slab == 0 ? 0 : slab_end(slab - 1);
     cell.started = true;
     cell.neighbours_known = false;
+    cell.undo.reserve(entry.split_count);
     enqueue(first + i);
   }
 }
@@ -128,15 +121,18 @@ bool ProgressiveMesh::surroundings_ready(Cell& cell, std::uint32_t cell_number) 
 Result<void> ProgressiveMesh::decode_generation(Cell& cell, const CellEntry& entry, std::uint32_t generation) {
   const std::uint32_t layer = layer_of(generation);
   const std::uint32_t segment = layer - head_->layer_begin(entry.slab);
-  const bool empty = index_->segments[entry.first_segment + segment].size_bytes == 0;
-  if (!empty) {
-    if (generation == head_->first_generation(layer)) cell.decoder = RansDecoder(cell.segments[segment]);
+  const bool coded = entry.split_count != 0;
+  if (coded) {
+    if (generation == head_->first_generation(layer)) {
+      cell.layer_starts.push_back(cell.decoder);
+      cell.decoder.append(cell.segments[segment]);
+    }
     DecodedSplits source{cell.undo};
-    Result<void> coded = code_generation(state_, cell.vertices, generation, cell.decoder, source, coding_);
-    if (!coded) return coded;
+    if (Result<void> done = code_generation(state_, cell.vertices, generation, cell.decoder, source, coding_); !done) return done;
   }
-  const bool overran = !empty && cell.decoder.overran();
-  const bool unfinished = generation == head_->layer_ends[layer] && !empty && !cell.decoder.finished_cleanly();
+  const bool overran = cell.decoder.overran();
+  const bool layer_ends = coded && generation == head_->layer_ends[layer];
+  const bool unfinished = layer_ends && !(generation == slab_end(entry.slab) ? cell.decoder.finished_cleanly() : cell.decoder.used_up());
   const bool incomplete = generation == slab_end(entry.slab) && cell.vertices.made != entry.split_count;
   if (!overran && !unfinished && !incomplete) return {};
   return fail(ErrorKind::bad_input, "cell " + std::to_string(cell.vertices.cell) + " segment " + std::to_string(segment) +
@@ -207,6 +203,8 @@ void ProgressiveMesh::retract_children(Cell& cell, std::uint32_t cell_number) {
     Cell& child = cells_[entry.first_child + i];
     child.started = false;
     child.vertices = {};
+    child.decoder = {};
+    child.layer_starts.clear();
   }
   for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) state_.cells[cell.vertices.at(i)] = cell_number;
 }
@@ -221,7 +219,7 @@ void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target,
   }
   const auto mark = static_cast<std::uint8_t>(generation);
   for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) {
-    std::uint8_t& near_root = state_.contexts[cell.vertices.at(i)].near_root;
+    std::uint8_t& near_root = state_.near_root[cell.vertices.at(i)];
     if (near_root == mark) near_root = 0;
   }
 }
@@ -233,6 +231,11 @@ std::uint64_t ProgressiveMesh::undo_generation(std::uint32_t cell_number) {
   roll_back(cell_number, cell.made_before.back(), cell.done);
   cell.made_before.pop_back();
   cell.neighbours_known = false;
+  const std::uint32_t layer = layer_of(cell.done);
+  if (cell.done == head_->first_generation(layer) && !cell.layer_starts.empty()) {
+    cell.decoder = cell.layer_starts.back();
+    cell.layer_starts.pop_back();
+  }
   --cell.done;
   return made - cell.vertices.made;
 }
@@ -273,7 +276,7 @@ TriangleMesh ProgressiveMesh::triangle_mesh() const {
   for (VertexId v = 0; v < number.size(); ++v) {
     if (!state_.rings.contains(v)) continue;
     number[v] = static_cast<VertexId>(mesh.positions.size());
-    mesh.positions.push_back(head_->grid.decode(state_.places[v]));
+    mesh.positions.push_back(head_->grid.decode(state_.vertices[v].place));
   }
   mesh.triangles = state_.rings.triangles();
   for (Triangle& t : mesh.triangles) {
@@ -283,9 +286,8 @@ TriangleMesh ProgressiveMesh::triangle_mesh() const {
 }
 
 std::size_t ProgressiveMesh::memory_bytes() const {
-  std::size_t bytes = state_.rings.memory_bytes() + state_.places.capacity() * sizeof(GridPoint) +
-                      state_.contexts.capacity() * sizeof(VertexContext) +
-                      state_.cells.capacity() * sizeof(std::uint32_t) + cells_.capacity() * sizeof(Cell);
+  std::size_t bytes = state_.rings.memory_bytes() + state_.vertices.capacity() * sizeof(FanVertex) +
+                      state_.cells.capacity() * sizeof(std::uint32_t) + state_.near_root.capacity() + cells_.capacity() * sizeof(Cell);
   for (const Cell& cell : cells_) {
     bytes += cell.vertices.initial.capacity() * sizeof(VertexId) + cell.undo.capacity() * sizeof(SplitUndo) +
              cell.neighbours.capacity() * sizeof(std::uint32_t) + cell.made_before.capacity() * sizeof(std::uint32_t);

@@ -54,6 +54,7 @@ class ProgressiveMesh {
     std::vector<std::vector<std::byte>> segments;  // held bytes by segment
     std::vector<bool> held;
     RansDecoder decoder;
+    std::vector<RansDecoder> layer_starts;  // the decoder as it was before each segment that has been begun
     std::vector<SplitUndo> undo;
     std::vector<std::uint32_t> made_before;  // splits made before each applied generation of the slab
     std::vector<std::uint32_t> neighbours;

@@ -158,8 +158,13 @@ class Builder {
           if (cell >= current.size()) current.resize(cell + 1, 0.0F);
           deviations[cell].push_back(current[cell]);
           current[cell] = 0.0F;
-          std::vector<std::byte> bytes = encoders[cell].finish();
-          by_cell[cell].push_back(std::move(bytes));
+          if (cell >= encoders.size()) encoders.resize(cell + 1);
+          if (std::ranges::find(head_.slab_ends, layer + 1) == head_.slab_ends.end()) {
+            encoders[cell].cut();
+          } else {
+            by_cell[cell] = encoders[cell].finish_segments();
+            encoders[cell] = {};
+          }
           if (layer + 1 == head_.layer_ends.size()) report("encode", 1.0);
         });
     if (!replayed) return replayed;

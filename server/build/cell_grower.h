@@ -13,15 +13,8 @@ class CellGrower {
  public:
   CellGrower(const AssetHead& head, const CodedHistory& coded, const std::vector<VertexId>& base_numbers,
              std::uint32_t cell_vertices)
-      : head_(head), coded_(coded), cell_vertices_(cell_vertices), source_(coded, base_numbers, head.vertex_count) {
-    const auto count = static_cast<std::uint32_t>(head.base.places.size());
-    state_.rings = RingMesh::from_triangles(count, head.base.triangles);
-    state_.resize(head.vertex_count);
-    std::copy(head.base.places.begin(), head.base.places.end(), state_.places.begin());
-    for (VertexId v = 0; v < count; ++v) {
-      state_.contexts[v].valence = static_cast<std::uint8_t>(state_.rings.ring_size(v));
-    }
-    next_vertex_ = count;
+      : head_(head), coded_(coded), cell_vertices_(cell_vertices), source_(coded, base_numbers, head.vertex_count), state_(FanState::from_base(head.base, head.vertex_count)) {
+    next_vertex_ = static_cast<std::uint32_t>(head.base.places.size());
   }
 
   static std::uint32_t parts_for(std::size_t vertices, std::uint32_t cell_vertices) {
@@ -32,7 +25,7 @@ class CellGrower {
   // `end_layer(layer, cell)` is called for each cell when a layer is through.
   template <class Coder, class Hook, class EndLayer>
   Result<void> replay(const SplitModel& model, Coder&& coder, Hook&& hook, EndLayer&& end_layer) {
-    CellCoding coding{model, head_.grid, {}};
+    CellCoding coding(model, head_.grid);
     for (std::uint32_t slab = 0; slab < head_.slab_ends.size(); ++slab) {
       start_slab(slab);
       for (std::uint32_t layer = head_.layer_begin(slab); layer < head_.slab_ends[slab]; ++layer) {
@@ -40,6 +33,7 @@ class CellGrower {
           source_.begin_generation(g);
           HookedSource<Hook> source{source_, hook};
           for (std::uint32_t c = slab_first_; c < cells_.size(); ++c) {
+            if (cells_[c].split_count == 0) continue;
             Result<void> coded = code_generation(state_, growing_[c - slab_first_], g, coder(c), source, coding);
             if (!coded) return coded;
           }
@@ -71,7 +65,7 @@ class CellGrower {
     const auto first = static_cast<std::uint32_t>(cells_.size());
     std::vector<CellVertices> started;
     const auto add = [&](std::vector<VertexId> vertices, std::uint32_t parts, std::uint32_t parent) {
-      for (auto& group : partition_vertices(std::move(vertices), state_.places, head_.grid.unit(), parts)) {
+      for (auto& group : partition_vertices(std::move(vertices), state_.vertices, head_.grid.unit(), parts)) {
         const auto number = static_cast<std::uint32_t>(cells_.size());
         for (const VertexId v : group) state_.cells[v] = number;
         CellEntry entry;

@@ -57,7 +57,7 @@ void GeometryTraining::observe(const RingGeometry& ring, const FanSplit& split, 
   if (seen_++ % stride_ != 0) return;
   const float sign = split.parent == ParentPosition::added ? -1.0F : 1.0F;
   samples_.push_back({ring_features(ring, split), float4(sign * glm::vec3(split.displacement) * unit), ring.normal(),
-                      ring.mean_length(), ring.bend(), ring.is_open()});
+                      ring.mean_square(), ring.bend_square(), ring.is_open()});
 }
 
 void GeometryTraining::learn(SplitStatistics& statistics) const {
@@ -69,7 +69,7 @@ void GeometryTraining::learn_weights(SplitStatistics& statistics) const {
   std::vector<LeastSquares> classes(PredictionContexts::kClasses);
   for (const Sample& s : samples_) {
     const int index = PredictionContexts::index(s.features.middle, s.open, s.features.arc);
-    const double size = static_cast<double>(s.mean_length) * s.mean_length + 1e-6;
+    const double size = static_cast<double>(s.mean_square) + 1e-6;
     classes[static_cast<std::size_t>(index)].add(s.features, s.target, 1.0 / size);
   }
   for (std::size_t c = 0; c < classes.size(); ++c) {
@@ -99,7 +99,7 @@ void GeometryTraining::learn_spreads(SplitStatistics& statistics) const {
     const float length = std::sqrt(dot3(along, along));
     if (length > 0.0F) along /= float4(length);
     const Float4 error = s.target - mean;
-    const int size = SpreadContexts::size_class(s.mean_length);
+    const int size = SpreadContexts::size_class(s.mean_square);
     const double tangential = std::fabs(dot3(error, along));
     if (s.features.middle) {
       const double expected = std::exp2(statistics.spreads[static_cast<std::size_t>(SpreadContexts::kAlong + size)] / 8.0);
@@ -115,7 +115,7 @@ void GeometryTraining::learn_spreads(SplitStatistics& statistics) const {
       add(SpreadContexts::kAlong + size, tangential);
       add(SpreadContexts::kAcross + size, std::fabs(dot3(error, rotate_axes(cross_rotated(s.normal, along)))));
     }
-    add(SpreadContexts::normal(s.bend, s.mean_length), std::fabs(dot3(error, s.normal)));
+    add(SpreadContexts::normal(s.bend_square, s.mean_square), std::fabs(dot3(error, s.normal)));
   }
   for (std::size_t i = 0; i < means.size(); ++i) {
     if (means[i].count >= kLeastSamples) statistics.spreads[i] = coded_spread(means[i].sum / means[i].count);

@@ -43,8 +43,8 @@ class GeometryTraining {
     RingFeatures features;
     Float4 target;
     Float4 normal;
-    float mean_length;
-    float bend;
+    float mean_square;
+    float bend_square;
     bool open;
   };
   void learn_weights(SplitStatistics& statistics) const;

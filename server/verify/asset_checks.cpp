@@ -31,7 +31,7 @@ std::vector<Triangle> canonical_faces(const FanState& state) {
 }
 
 bool same_mesh(const ProgressiveMesh& a, const ProgressiveMesh& b) {
-  return a.vertex_count() == b.vertex_count() && a.state().places == b.state().places &&
+  return a.vertex_count() == b.vertex_count() && a.state().places() == b.state().places() &&
          canonical_faces(a.state()) == canonical_faces(b.state());
 }
 
@@ -101,18 +101,19 @@ Result<std::string> check_coarsening(const AssetFile& asset) {
   if (!full) return tl::unexpected(full.error());
   ProgressiveMesh& mesh = **full;
   const std::vector<Triangle> faces = canonical_faces(mesh.state());
-  const std::vector<GridPoint> places = mesh.state().places;
+  const std::vector<GridPoint> places = mesh.state().places();
   const std::uint64_t undone = mesh.coarsen_to(0);
   const ProgressiveMesh base(asset.asset_head());
-  const auto base_size = static_cast<std::ptrdiff_t>(base.vertex_count());
+  const std::vector<GridPoint> base_places = base.state().places();
+  const std::vector<GridPoint> coarsened_places = mesh.state().places();
   const bool same_base =
       mesh.vertex_count() == base.vertex_count() && canonical_faces(mesh.state()) == canonical_faces(base.state()) &&
-      std::equal(base.state().places.begin(), base.state().places.begin() + base_size, mesh.state().places.begin());
+      std::equal(base_places.begin(), base_places.end(), coarsened_places.begin());
   if (!same_base) return broken(asset, "undoing all splits does not give back FM0");
   if (Result<std::uint64_t> again = mesh.refine(); !again) {
     return tl::unexpected(with_context(again.error(), asset.name() + ": refined again after coarsening"));
   }
-  if (!mesh.is_complete() || canonical_faces(mesh.state()) != faces || mesh.state().places != places) {
+  if (!mesh.is_complete() || canonical_faces(mesh.state()) != faces || mesh.state().places() != places) {
     return broken(asset, "refining again after coarsening gives another mesh");
   }
   return fmt::format("{} splits undone and done again", undone);

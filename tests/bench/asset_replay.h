@@ -41,24 +41,12 @@ struct WatchedSplits {
   }
 };
 
-inline FanState base_state(const AssetHead& head) {
-  FanState state;
-  const auto count = static_cast<std::uint32_t>(head.base.places.size());
-  state.rings = RingMesh::from_triangles(count, head.base.triangles);
-  state.resize(head.vertex_count);
-  std::copy(head.base.places.begin(), head.base.places.end(), state.places.begin());
-  for (VertexId v = 0; v < count; ++v) {
-    state.contexts[v].valence = static_cast<std::uint8_t>(state.rings.ring_size(v));
-  }
-  return state;
-}
-
 // The cells of the first slab, or the children of a slab's complete cells.
 inline std::vector<CellVertices> start_cells(const AssetHead& head, const AssetIndex& index, FanState& state,
                                              const std::vector<CellVertices>* parents) {
   std::vector<CellVertices> started;
   const auto start = [&](std::vector<VertexId> vertices, std::uint32_t first, std::uint32_t count) {
-    auto groups = partition_vertices(std::move(vertices), state.places, head.grid.unit(), count);
+    auto groups = partition_vertices(std::move(vertices), state.vertices, head.grid.unit(), count);
     for (std::uint32_t i = 0; i < count; ++i) {
       for (const VertexId v : groups[i]) state.cells[v] = first + i;
       const CellEntry& entry = index.cells[first + i];
@@ -87,8 +75,8 @@ Result<FanState> replay_asset(const OpenAsset& asset, std::span<const std::uint3
   const AssetHead& head = *asset.asset_head();
   const AssetIndex& index = *asset.asset_index();
   const SplitModel model(head.statistics);
-  CellCoding coding{model, head.grid, {}};
-  FanState state = detail::base_state(head);
+  CellCoding coding(model, head.grid);
+  FanState state = FanState::from_base(head.base, head.vertex_count);
   std::vector<CellVertices> cells;
   for (std::uint32_t slab = 0; slab < head.slab_ends.size(); ++slab) {
     cells = detail::start_cells(head, index, state, slab == 0 ? nullptr : &cells);
@@ -99,12 +87,12 @@ Result<FanState> replay_asset(const OpenAsset& asset, std::span<const std::uint3
         for (std::size_t i = 0; i < cells.size(); ++i) {
           const std::uint32_t cell = cells[i].cell;
           const auto bytes = asset.segment(cell, layer - head.layer_begin(slab));
-          if (last_generation[cell] < g || bytes.empty()) continue;
-          if (g == head.first_generation(layer)) decoders[i] = RansDecoder(bytes);
+          if (last_generation[cell] < g || index.cells[cell].split_count == 0) continue;
+          if (g == head.first_generation(layer)) decoders[i].append(bytes);
           detail::WatchedSplits<Observer> source{observer, cell, g};
           const Result<void> coded = code_generation(state, cells[i], g, decoders[i], source, coding);
           if (!coded) return tl::unexpected(coded.error());
-          if (g == head.layer_ends[layer] && !decoders[i].finished_cleanly()) {
+          if (g == head.layer_ends[layer] && !decoders[i].used_up()) {
             return fail(ErrorKind::bad_input, "cell " + std::to_string(cell) + " generation " + std::to_string(g) +
                                                   ": the segment does not end where its splits do");
           }

@@ -147,7 +147,7 @@ struct Surface {
   std::vector<double> area_up_to;
 
   explicit Surface(const SplitDependencies& dependencies) : triangles(dependencies.full().rings.triangles()) {
-    for (const GridPoint& place : dependencies.full().places) {
+    for (const GridPoint& place : dependencies.full().places()) {
       positions.push_back(dependencies.asset().asset_head()->grid.decode(place));
     }
     double sum = 0.0;

@@ -127,7 +127,7 @@ class Measurement {
       GridMesh rebuilt{{}, std::move(triangles)};
       const glm::dvec3 corner = bounds_of(mesh_.positions).low;
       const PositionGrid& grid = (*mesh)->head().grid;
-      for (const GridPoint& place : (*mesh)->state().places) {
+      for (const GridPoint& place : (*mesh)->state().places()) {
         rebuilt.positions.push_back(grid_coordinates(grid.decode(place), corner, grid.step()));
       }
       if (!same_triangles(rebuilt, quantised_)) {

@@ -97,8 +97,8 @@ StateImage image_of(const ProgressiveMesh& mesh) {
       continue;
     }
     image.rings.push_back(as_cycle(state.rings.ring(v)));
-    image.places.push_back({state.places[v].x, state.places[v].y, state.places[v].z});
-    image.contexts.push_back({state.contexts[v].valence, state.contexts[v].touched});
+    image.places.push_back({state.vertices[v].place.x, state.vertices[v].place.y, state.vertices[v].place.z});
+    image.contexts.push_back({state.vertices[v].context.valence, state.vertices[v].context.touched});
   }
   while (!image.rings.empty() && image.rings.back().empty()) {
     image.rings.pop_back();

@@ -82,8 +82,8 @@ class ForcedShareTest : public ::testing::TestWithParam<const char*> {
       const FanState& full = dependencies_.full();
       if (!state.rings.contains(v) || canonical(state.rings.ring(v)) != canonical(full.rings.ring(v))) return false;
       const Ring ring = canonical(full.rings.ring(v));
-      return state.places[v] == full.places[v] && std::all_of(ring.begin(), ring.end(), [&](VertexId w) {
-               return w == kOutside || state.places[w] == full.places[w];
+      return state.vertices[v].place == full.vertices[v].place && std::all_of(ring.begin(), ring.end(), [&](VertexId w) {
+               return w == kOutside || state.vertices[w].place == full.vertices[w].place;
              });
     });
   }
