@@ -210,7 +210,7 @@ FetchReport ModelFetch::report() const {
   report.segments = taken_;
   report.segments_total = order_.size();
   report.vertices = mesh_->vertex_count();
-  report.triangles = mesh_->state().rings.triangles().size();
+  report.triangles = mesh_->state().fans.triangles().size();
   report.full_vertices = mesh_->head().vertex_count;
   report.full_triangles = mesh_->head().triangle_count;
   report.complete = verified_;

@@ -24,6 +24,7 @@ Float4 prefix_sums(Float4 v) {
 
 void RingGeometry::grow(std::size_t size) {
   capacity_ = std::max<std::size_t>(32, 2 * size);
+  corners_.resize(2 * capacity_ + 16);
   ids_.resize(2 * capacity_ + 16);
   neighbours_.resize(capacity_ + 16);
   spokes_.resize(2 * capacity_ + 16);
@@ -32,34 +33,47 @@ void RingGeometry::grow(std::size_t size) {
   reaches_.resize(capacity_ + 16);
 }
 
-// Lays the ring out twice and finds its smallest number, kOutside being the largest.
+// Goes around the fan by whole blocks: beyond the end that is simply around again.
 template <std::uint32_t blocks>
-void RingGeometry::find_start(std::span<const VertexId> ring) {
-  VertexId* ids = ids_.data();
-  if constexpr (blocks == 0) {
-    std::copy(ring.begin(), ring.end(), ids);
-    std::copy(ring.begin(), ring.end(), ids + size_);
-    start_ = static_cast<std::uint32_t>(std::min_element(ring.begin(), ring.end()) - ring.begin());
-    return;
+void RingGeometry::walk(const LinkedFans& fans) {
+  const LinkedFans::Corner* corners = fans.corners();
+  LinkedFans::CornerId corner = fans.corner(root_);
+  for (std::uint32_t k = 0; k < block_count<blocks>(); ++k) {
+    Uint4 ids;
+    Uint4 at;
+    for (std::uint32_t j = 0; j < 4; ++j) {
+      const LinkedFans::Corner c = corners[corner];
+      ids[j] = c.neighbour;
+      at[j] = corner;
+      corner = c.next;
+    }
+    store4(ids_.data() + 4 * k, ids);
+    store4(corners_.data() + 4 * k, at);
   }
+  for (std::uint32_t k = block_count<blocks>(); k-- > 0;) {
+    store4(ids_.data() + size_ + 4 * k, load4(ids_.data() + 4 * k));
+    store4(corners_.data() + size_ + 4 * k, load4(corners_.data() + 4 * k));
+  }
+}
+
+// Where the smallest number stands, kOutside being the largest.
+template <std::uint32_t blocks>
+void RingGeometry::find_start() {
+  const VertexId* ids = ids_.data();
   constexpr Uint4 kMost = {0x7FFFFFFFU, 0x7FFFFFFFU, 0x7FFFFFFFU, 0x7FFFFFFFU};
-  std::array<Uint4, blocks == 0 ? 1 : blocks> old;
   Uint4 least = kMost;
-  for (std::uint32_t k = 0; k < blocks; ++k) {
-    old[k] = load4(ring.data() + std::size_t{4} * k);
-    const Uint4 counts = less(lanes_from(4 * k), uint4(size_)) & ~mask_of(old[k] == uint4(kOutside));
-    const Uint4 here = chosen(counts, old[k], kMost);
+  for (std::uint32_t k = 0; k < block_count<blocks>(); ++k) {
+    const Uint4 id = load4(ids + 4 * k);
+    const Uint4 here = chosen(mask_of(id == uint4(kOutside)), kMost, id);
     least = chosen(less(here, least), here, least);
   }
-  for (std::uint32_t k = 0; k < blocks; ++k) store4(ids + 4 * k, old[k]);
-  for (std::uint32_t k = 0; k < blocks; ++k) store4(ids + size_ + 4 * k, old[k]);
   const Uint4 pairs = __builtin_shufflevector(least, least, 2, 3, 0, 1);
   least = chosen(less(pairs, least), pairs, least);
   const Uint4 other = __builtin_shufflevector(least, least, 1, 0, 3, 2);
   least = chosen(less(other, least), other, least);
   Uint4 found{};
-  for (std::uint32_t k = 0; k < blocks; ++k) {
-    found |= mask_of(old[k] == least) & less(lanes_from(4 * k), uint4(size_)) & lanes_from(4 * k);
+  for (std::uint32_t k = 0; k < block_count<blocks>(); ++k) {
+    found |= mask_of(load4(ids + 4 * k) == least) & less(lanes_from(4 * k), uint4(size_)) & lanes_from(4 * k);
   }
   start_ = any_bits(found);
 }
@@ -80,19 +94,21 @@ void RingGeometry::find_neighbours(VertexId root) {
   gap_ = found != 0 ? found - 1 : size_;
 }
 
-void RingGeometry::load(const RingMesh& rings, VertexId root) {
-  const std::span<const VertexId> ring = rings.ring(root);
-  size_ = static_cast<std::uint32_t>(ring.size());
+void RingGeometry::load(const LinkedFans& fans, VertexId root) {
+  size_ = fans.ring_size(root);
   root_ = root;
   if (size_ > capacity_) grow(size_);
   if (size_ <= 8) {
-    find_start<2>(ring);
+    walk<2>(fans);
+    find_start<2>();
     find_neighbours<2>(root);
   } else if (size_ <= 16) {
-    find_start<4>(ring);
+    walk<4>(fans);
+    find_start<4>();
     find_neighbours<4>(root);
   } else {
-    find_start<0>(ring);
+    walk<0>(fans);
+    find_start<0>();
     find_neighbours<0>(root);
   }
 }

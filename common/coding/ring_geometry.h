@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/coding/fan_vertex.h"
+#include "common/fans/linked_fans.h"
 
 namespace fanstream {
 
@@ -14,13 +16,13 @@ class RingGeometry {
  public:
   // In three steps, so that several rings can be worked on side by side. First the ring of `root`, of at least 3: position 0
   // is the canonical start.
-  void load(const RingMesh& rings, VertexId root);
+  void load(const LinkedFans& fans, VertexId root);
   // Then where it lies. `unit` is the size of one code step of each axis, 0 in the fourth lane.
   void place(std::span<const FanVertex> vertices, Float4 unit);
   // Then its shape.
   void measure();
-  void assign(const RingMesh& rings, VertexId root, std::span<const FanVertex> vertices, Float4 unit) {
-    load(rings, root);
+  void assign(const LinkedFans& fans, VertexId root, std::span<const FanVertex> vertices, Float4 unit) {
+    load(fans, root);
     place(vertices, unit);
     measure();
   }
@@ -29,9 +31,9 @@ class RingGeometry {
   bool is_open() const { return gap_ < size_; }
   std::uint32_t gap() const { return gap_; }  // position of kOutside, or size()
   VertexId id(std::uint32_t i) const { return ids_[start_ + i]; }
-  // The ring as it is stored, twice around, with room to read 16 entries more; and where in it the canonical ring starts.
-  const VertexId* stored_twice() const { return ids_.data(); }
-  std::uint32_t start() const { return start_; }
+  // The fan's corner that spells a position, and that before it.
+  LinkedFans::CornerId corner(std::uint32_t i) const { return corners_[wrap(start_ + i)]; }
+  LinkedFans::CornerId corner_before(std::uint32_t i) const { return corners_[wrap(start_ + i) + size_ - 1]; }
   // From the root; zero at the gap. Positions run on to 2 * size() - 1, twice around.
   Float4 spoke(std::uint32_t i) const { return spokes_[i]; }
   Float4 spoke_sum(std::uint32_t i) const { return spoke_sums_[i]; }  // of the first i, twice around
@@ -51,7 +53,9 @@ class RingGeometry {
  private:
   // Rings are worked on by blocks of four entries: two or four blocks, which the compiler unrolls, or as many as it takes (0).
   template <std::uint32_t blocks>
-  void find_start(std::span<const VertexId> ring);
+  void walk(const LinkedFans& fans);
+  template <std::uint32_t blocks>
+  void find_start();
   template <std::uint32_t blocks>
   void find_neighbours(VertexId root);
   template <std::uint32_t blocks>
@@ -74,7 +78,8 @@ class RingGeometry {
   float bend_square_ = 0.0F;
   Float4 normal_{};  // before measure(): not yet of unit length
   std::size_t capacity_ = 0;
-  std::vector<VertexId> ids_;         // twice around, as stored
+  std::vector<LinkedFans::CornerId> corners_;  // twice around, from where the fan starts
+  std::vector<VertexId> ids_;                  // likewise
   std::vector<VertexId> neighbours_;  // canonical; the root itself at the gap and past the end
   std::vector<Float4> spokes_;        // twice around
   std::vector<Float4> spoke_sums_;    // of the first i spokes, twice around

@@ -1,10 +1,8 @@
 #include "common/fans/ring_mesh.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
-
-#include "common/support/vector4.h"
+#include <cstring>
 
 namespace fanstream {
 
@@ -26,6 +24,7 @@ RingMesh RingMesh::from_triangles(std::size_t vertex_count, const std::vector<Tr
     }
   }
   mesh.slots_.resize(vertex_count);
+  mesh.pool_.reserve(vertex_count * 8);
   std::vector<VertexId> ring;
   for (std::size_t v = 0; v < vertex_count; ++v) {
     const std::span<Edge> edges(opposite.data() + first_corner[v], first_corner[v + 1] - first_corner[v]);
@@ -51,7 +50,9 @@ RingMesh RingMesh::from_triangles(std::size_t vertex_count, const std::vector<Tr
       ring.push_back(next);
       ring.push_back(kOutside);
     }
-    mesh.set_ring(static_cast<VertexId>(v), ring);
+    const auto count = static_cast<std::uint32_t>(ring.size());
+    mesh.slots_[v] = {mesh.allocate(count), count};
+    std::copy(ring.begin(), ring.end(), mesh.pool_.begin() + mesh.slots_[v].offset);
   }
   return mesh;
 }
@@ -65,152 +66,93 @@ std::uint32_t RingMesh::position_in_ring(VertexId v, VertexId neighbour) const {
   return i;
 }
 
-void RingMesh::set_ring(VertexId v, std::span<const VertexId> ring) {
+std::uint32_t RingMesh::allocate(std::uint32_t count) {
+  const std::uint32_t sized = size_class(count);
+  if (sized < free_.size() && !free_[sized].empty()) {
+    const std::uint32_t offset = free_[sized].back();
+    free_[sized].pop_back();
+    return offset;
+  }
+  const auto offset = static_cast<std::uint32_t>(pool_.size());
+  pool_.resize(pool_.size() + sized * 4);
+  return offset;
+}
+
+void RingMesh::release(std::uint32_t offset, std::uint32_t count) {
+  const std::uint32_t sized = size_class(count);
+  if (sized >= free_.size()) free_.resize(sized + 1);
+  free_[sized].push_back(offset);
+}
+
+// Keeps the first entries that fit.
+void RingMesh::resize_ring(VertexId v, std::uint32_t count) {
   Slot& slot = slots_[v];
-  const bool was_long = slot.count > kShort;
-  const bool is_long = ring.size() > kShort;
-  if (was_long && !is_long) {
-    long_rings_[slot.ids[0]] = {};
-    free_long_rings_.push_back(slot.ids[0]);
-  } else if (is_long && !was_long) {
-    if (free_long_rings_.empty()) {
-      free_long_rings_.push_back(static_cast<std::uint32_t>(long_rings_.size()));
-      long_rings_.emplace_back();
-    }
-    slot.ids[0] = free_long_rings_.back();
-    free_long_rings_.pop_back();
+  if (size_class(slot.count) != size_class(count)) {
+    const std::uint32_t offset = allocate(count);
+    std::memcpy(pool_.data() + offset, pool_.data() + slot.offset, std::min(slot.count, count) * sizeof(VertexId));
+    release(slot.offset, slot.count);
+    slot.offset = offset;
   }
-  slot.count = static_cast<std::uint32_t>(ring.size());
-  if (is_long) {
-    long_rings_[slot.ids[0]].assign(ring.begin(), ring.end());
-  } else {
-    std::copy(ring.begin(), ring.end(), slot.ids.begin());
-  }
+  slot.count = count;
 }
 
-namespace {
-
-// A slot is worked on as sixteen lanes: its ids, then its count. That has no branches that depend on the ring.
-constexpr std::size_t kBlocks = 4;
-
-void copy_lanes(std::uint32_t* to, const std::uint32_t* from) {
-  const Uint4 a = load4(from);
-  const Uint4 b = load4(from + 4);
-  const Uint4 c = load4(from + 8);
-  const Uint4 d = load4(from + 12);
-  store4(to, a);
-  store4(to + 4, b);
-  store4(to + 8, c);
-  store4(to + 12, d);
-}
-
-// Puts `added` before or after `neighbour`, which must be there, among the first `blocks` times four lanes.
-template <std::size_t blocks>
-void insert_lanes(std::uint32_t* lanes, std::uint32_t count, VertexId neighbour, bool after, VertexId added) {
-  std::array<Uint4, blocks> old;
-  std::array<Uint4, blocks> before;  // each lane's left neighbour
-  Uint4 found{};
-  for (std::size_t k = 0; k < blocks; ++k) {
-    const Uint4 lane = kLaneNumbers + uint4(static_cast<std::uint32_t>(4 * k));
-    old[k] = load4(lanes + 4 * k);
-    before[k] = k == 0 ? __builtin_shufflevector(old[0], old[0], 0, 0, 1, 2) : __builtin_shufflevector(old[k - 1], old[k], 3, 4, 5, 6);
-    found |= mask_of(old[k] == uint4(neighbour)) & less(lane, uint4(count)) & lane;
-  }
-  const std::uint32_t at = any_bits(found) + (after ? 1U : 0U);
-  for (std::size_t k = 0; k < blocks; ++k) {
-    const Uint4 lane = kLaneNumbers + uint4(static_cast<std::uint32_t>(4 * k));
-    const Uint4 moved = chosen(mask_of(lane == uint4(at)), uint4(added), before[k]);
-    store4(lanes + 4 * k, chosen(less(lane, uint4(at)), old[k], moved));
-  }
-}
-
-}  // namespace
-
-void RingMesh::insert_beside(VertexId v, VertexId neighbour, bool after, VertexId added) {
-  Slot& slot = slots_[v];
-  const std::uint32_t count = slot.count;
-  if (count < 8) {
-    insert_lanes<2>(slot.lanes(), count, neighbour, after, added);
-    slot.count = count + 1;
-  } else if (count < kShort) {
-    insert_lanes<kBlocks>(slot.lanes(), count, neighbour, after, added);
-    slot.count = count + 1;
-  } else {
-    const std::span<const VertexId> old = ring(v);
-    std::vector<VertexId> longer(old.begin(), old.end());
-    longer.insert(longer.begin() + position_in_ring(v, neighbour) + (after ? 1 : 0), added);
-    set_ring(v, longer);
-  }
+void RingMesh::insert_in_ring(VertexId v, std::uint32_t position, VertexId added) {
+  resize_ring(v, slots_[v].count + 1);
+  VertexId* r = pool_.data() + slots_[v].offset;
+  std::memmove(r + position + 1, r + position, (slots_[v].count - 1 - position) * sizeof(VertexId));
+  r[position] = added;
 }
 
 void RingMesh::remove_from_ring(VertexId v, VertexId removed) {
   const std::uint32_t position = position_in_ring(v, removed);
-  Slot& slot = slots_[v];
-  if (slot.count <= kShort) {
-    std::copy(slot.ids.data() + position + 1, slot.ids.data() + slot.count, slot.ids.data() + position);
-    --slot.count;
-    return;
-  }
-  const std::span<const VertexId> old = ring(v);
-  std::vector<VertexId> shorter(old.begin(), old.end());
-  shorter.erase(shorter.begin() + position);
-  set_ring(v, shorter);
+  VertexId* r = pool_.data() + slots_[v].offset;
+  std::memmove(r + position, r + position + 1, (slots_[v].count - 1 - position) * sizeof(VertexId));
+  resize_ring(v, slots_[v].count - 1);
 }
 
 void RingMesh::replace_in_ring(VertexId v, VertexId from, VertexId to) {
-  Slot& slot = slots_[v];
-  if (slot.count > kShort) {
-    std::vector<VertexId>& ring = long_rings_[slot.ids[0]];
-    *std::find(ring.begin(), ring.end(), from) = to;
-    return;
-  }
-  const std::uint32_t count = slot.count;
-  for (std::size_t k = 0; k < (count <= 8 ? 2 : kBlocks); ++k) {
-    std::uint32_t* lanes = slot.lanes() + 4 * k;
-    const Uint4 old = load4(lanes);
-    store4(lanes, chosen(mask_of(old == uint4(from)), uint4(to), old));
-  }
-  slot.count = count;  // which may have looked like `from`
+  VertexId* r = pool_.data() + slots_[v].offset;
+  while (*r != from) ++r;
+  *r = to;
 }
 
 void RingMesh::split(VertexId root, VertexId added, std::uint32_t first, std::uint32_t last) {
-  const std::span<const VertexId> once = ring(root);
-  std::vector<VertexId> twice(2 * once.size() + 16);
-  std::copy(once.begin(), once.end(), twice.begin());
-  std::copy(once.begin(), once.end(), twice.begin() + static_cast<std::ptrdiff_t>(once.size()));
-  split(root, added, twice.data(), static_cast<std::uint32_t>(once.size()), first, last);
-}
-
-void RingMesh::split(VertexId root, VertexId added, const VertexId* ring_twice, std::uint32_t size, std::uint32_t first,
-                     std::uint32_t last) {
-  assert(size == slots_[root].count && first < size && last < size && first != last);
+  const std::uint32_t size = slots_[root].count;
+  assert(first < size && last < size && first != last);
+  const std::uint32_t taken = (last + size - first) % size;  // ring steps from the first wing to the last
   if (added >= slots_.size()) slots_.resize(added + 1);
   assert(slots_[added].count == 0);
-  const std::uint32_t taken = last > first ? last - first : last + size - first;  // ring steps from wing to wing
-  const VertexId* arc = ring_twice + first;   // both parts are straight runs
-  const VertexId* rest = ring_twice + last;
-  if (size < kShort) {
-    Slot& root_slot = slots_[root];
-    Slot& added_slot = slots_[added];
-    copy_lanes(added_slot.lanes(), arc);
-    copy_lanes(root_slot.lanes(), rest);
-    added_slot.ids[taken + 1] = root;
-    added_slot.count = taken + 2;
-    root_slot.ids[size - taken + 1] = added;
-    root_slot.count = size - taken + 2;
+  const std::uint32_t offset = allocate(taken + 2);
+  slots_[added] = {offset, taken + 2};
+  VertexId* added_ring = pool_.data() + offset;
+  VertexId* root_ring = pool_.data() + slots_[root].offset;
+  for (std::uint32_t i = 0, at = first; i <= taken; ++i) {
+    added_ring[i] = root_ring[at];
+    if (++at == size) at = 0;
+  }
+  added_ring[taken + 1] = root;
+  // The root keeps [last .. first] and gains the new vertex in place of the arc's interior.
+  if (first < last) {
+    if (taken == 1) {
+      insert_in_ring(root, last, added);
+    } else {
+      std::memmove(root_ring + first + 2, root_ring + last, (size - last) * sizeof(VertexId));
+      root_ring[first + 1] = added;
+      resize_ring(root, size - taken + 2);
+    }
   } else {
-    std::vector<VertexId> part(arc, arc + taken + 1);
-    part.push_back(root);
-    set_ring(added, part);
-    part.assign(rest, rest + (size - taken) + 1);
-    part.push_back(added);
-    set_ring(root, part);
+    std::memmove(root_ring, root_ring + last, (first - last + 1) * sizeof(VertexId));
+    resize_ring(root, size - taken + 2);
+    pool_[slots_[root].offset + slots_[root].count - 1] = added;
   }
   for (std::uint32_t i = 1; i < taken; ++i) {
-    if (arc[i] != kOutside) replace_in_ring(arc[i], root, added);
+    const VertexId w = pool_[offset + i];
+    if (w != kOutside) replace_in_ring(w, root, added);
   }
-  if (arc[0] != kOutside) insert_beside(arc[0], root, false, added);
-  if (arc[taken] != kOutside) insert_beside(arc[taken], root, true, added);
+  const VertexId wing_first = pool_[offset];
+  const VertexId wing_last = pool_[offset + taken];
+  if (wing_first != kOutside) insert_in_ring(wing_first, position_in_ring(wing_first, root), added);
+  if (wing_last != kOutside) insert_in_ring(wing_last, position_in_ring(wing_last, root) + 1, added);
 }
 
 RingMesh::Wings RingMesh::wings(VertexId root, VertexId removed) const {
@@ -221,33 +163,28 @@ RingMesh::Wings RingMesh::wings(VertexId root, VertexId removed) const {
 }
 
 void RingMesh::merge(VertexId root, VertexId removed) {
-  const std::span<const VertexId> kept = ring(root);
-  const std::span<const VertexId> taken = ring(removed);
-  const std::uint32_t in_kept = position_in_ring(root, removed);
-  const std::uint32_t in_taken = position_in_ring(removed, root);
-  // The root's ring from the last wing on to the first, then what the removed one had between the wings.
-  std::array<VertexId, 2 * kShort> few;
-  std::vector<VertexId> many;
-  const std::size_t size = kept.size() + taken.size() - 4;
-  if (size > few.size()) many.resize(size);
-  VertexId* merged = size > few.size() ? many.data() : few.data();
-  VertexId* end = std::copy(kept.begin() + in_kept + 1, kept.end(), merged);
-  end = std::copy(kept.begin(), kept.begin() + in_kept, end);
-  const VertexId wing_last = merged[0];
-  const VertexId wing_first = end[-1];
-  const auto interior = static_cast<std::uint32_t>(taken.size() - 3);
-  for (std::uint32_t i = 0, at = in_taken; i < interior + 1; ++i) {
-    at = at + 1 == taken.size() ? 0 : at + 1;
-    if (i > 0) *end++ = taken[at];
-  }
-  set_ring(root, {merged, size});
-  for (std::uint32_t i = 0; i < interior; ++i) {
-    const VertexId w = merged[size - interior + i];
-    if (w != kOutside) replace_in_ring(w, removed, root);
+  const std::uint32_t removed_size = slots_[removed].count;
+  const std::uint32_t removed_offset = slots_[removed].offset;
+  const std::uint32_t at = position_in_ring(removed, root);
+  const std::uint32_t interior = removed_size - 3;
+  const auto around = [&](std::uint32_t i) { return pool_[removed_offset + (at + i) % removed_size]; };
+  const VertexId wing_first = around(1);
+  const VertexId wing_last = around(removed_size - 1);
+  for (std::uint32_t i = 2; i + 1 < removed_size; ++i) {
+    if (around(i) != kOutside) replace_in_ring(around(i), removed, root);
   }
   if (wing_first != kOutside) remove_from_ring(wing_first, removed);
   if (wing_last != kOutside) remove_from_ring(wing_last, removed);
-  set_ring(removed, {});
+  const std::uint32_t gap = position_in_ring(root, removed);
+  const std::uint32_t old_size = slots_[root].count;
+  const std::uint32_t new_size = old_size - 1 + interior;
+  if (new_size >= old_size) resize_ring(root, new_size);
+  VertexId* root_ring = pool_.data() + slots_[root].offset;
+  std::memmove(root_ring + gap + interior, root_ring + gap + 1, (old_size - gap - 1) * sizeof(VertexId));
+  for (std::uint32_t i = 0; i < interior; ++i) root_ring[gap + i] = around(2 + i);
+  if (new_size < old_size) resize_ring(root, new_size);
+  release(removed_offset, removed_size);
+  slots_[removed] = {};
 }
 
 bool RingMesh::can_merge(VertexId root, VertexId removed) const {
@@ -266,44 +203,28 @@ bool RingMesh::can_merge(VertexId root, VertexId removed) const {
 }
 
 std::vector<Triangle> RingMesh::triangles() const {
-  std::size_t corners = 0;
-  for (const Slot& slot : slots_) corners += slot.count;
-  std::vector<Triangle> result(corners / 3 + 1);
-  // Every corner's face is written, but only that of its smallest vertex is kept, and rings are gone through by eights: how long
-  // they are and which of their vertices are smaller nobody can tell, so there are no branches on it.
-  Triangle* next = result.data();
-  const auto put = [&next](VertexId v, VertexId b, VertexId c, bool exists) {
-    *next = {v, b, c};
-    next += static_cast<int>(exists) & static_cast<int>(v < b) & static_cast<int>(v < c) & static_cast<int>(b != kOutside) &
-            static_cast<int>(c != kOutside);
-  };
+  std::vector<Triangle> result;
+  result.reserve(slots_.size() * 2);
   for (VertexId v = 0; v < slots_.size(); ++v) {
     const std::span<const VertexId> r = ring(v);
-    if (r.empty()) continue;
-    VertexId b = r.back();
-    if (r.size() <= 8) {
-      for (std::size_t i = 0; i < 8; ++i) {
-        put(v, b, r.data()[i], i < r.size());
-        b = r.data()[i];
-      }
-    } else {
-      for (const VertexId c : r) {
-        put(v, b, c, true);
-        b = c;
-      }
+    for (std::size_t i = 0, n = r.size(); i < n; ++i) {
+      const VertexId b = r[i];
+      const VertexId c = r[i + 1 == n ? 0 : i + 1];
+      if (v < b && v < c && b != kOutside && c != kOutside) result.push_back({v, b, c});
     }
   }
-  result.resize(static_cast<std::size_t>(next - result.data()));
   return result;
 }
 
 std::size_t RingMesh::memory_bytes() const {
-  std::size_t bytes = slots_.capacity() * sizeof(Slot) + long_rings_.capacity() * sizeof(std::vector<VertexId>) +
-                      free_long_rings_.capacity() * sizeof(std::uint32_t);
-  for (const auto& ring : long_rings_) bytes += ring.capacity() * sizeof(VertexId);
+  std::size_t bytes = slots_.capacity() * sizeof(Slot) + pool_.capacity() * sizeof(VertexId);
+  for (const auto& list : free_) bytes += list.capacity() * sizeof(std::uint32_t);
   return bytes;
 }
 
-void RingMesh::reserve(std::size_t vertex_count) { slots_.reserve(vertex_count); }
+void RingMesh::reserve(std::size_t vertex_count) {
+  slots_.reserve(vertex_count);
+  pool_.reserve(vertex_count * 8);
+}
 
 }  // namespace fanstream

@@ -1,7 +1,6 @@
 // A mesh kept as the closed (on a boundary: open) fan of every vertex: the state that FanSplits refine and coarsen in place.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -26,12 +25,8 @@ class RingMesh {
   std::size_t vertex_capacity() const { return slots_.size(); }  // one past the largest vertex number
   bool contains(VertexId v) const { return v < slots_.size() && slots_[v].count != 0; }
 
-  // The ring of v, valid until the next change of the mesh. Empty for a vertex that is not in the mesh. Sixteen entries can be
-  // read from its start on whatever its size; those past its end mean nothing.
-  std::span<const VertexId> ring(VertexId v) const {
-    const Slot& slot = slots_[v];
-    return {slot.count <= kShort ? slot.ids.data() : long_rings_[slot.ids[0]].data(), slot.count};
-  }
+  // The ring of v, valid until the next change of the mesh. Empty for a vertex that is not in the mesh.
+  std::span<const VertexId> ring(VertexId v) const { return {pool_.data() + slots_[v].offset, slots_[v].count}; }
   std::uint32_t ring_size(VertexId v) const { return slots_[v].count; }
   bool is_boundary(VertexId v) const;
 
@@ -40,9 +35,6 @@ class RingMesh {
   // one face is inserted instead of two. Preconditions: root is in the mesh, first != last, both < ring_size(root), and
   // added is not in the mesh.
   void split(VertexId root, VertexId added, std::uint32_t first, std::uint32_t last);
-  // The same for a caller that has the root's ring at hand, starting anywhere, twice around, with room to read 16 entries more.
-  void split(VertexId root, VertexId added, const VertexId* ring_twice, std::uint32_t size, std::uint32_t first,
-             std::uint32_t last);
 
   // FanMerge, the inverse: `removed` is absorbed by its neighbour `root`. Precondition: can_merge(root, removed).
   void merge(VertexId root, VertexId removed);
@@ -67,21 +59,22 @@ class RingMesh {
   void reserve(std::size_t vertex_count);
 
  private:
-  // A cache line a vertex. Rings of more than kShort entries, which are rare, lie in long_rings_[ids[0]].
-  static constexpr std::uint32_t kShort = 15;
-  struct alignas(64) Slot {
-    std::array<VertexId, kShort> ids{};
+  struct Slot {
+    std::uint32_t offset = 0;
     std::uint32_t count = 0;
-    std::uint32_t* lanes() { return reinterpret_cast<std::uint32_t*>(this); }  // the ids, then the count
   };
-  void set_ring(VertexId v, std::span<const VertexId> ring);  // which must not lie in this mesh
-  void insert_beside(VertexId v, VertexId neighbour, bool after, VertexId added);
+  // Rings take room by fours, eight at least: most never outgrow that.
+  static std::uint32_t size_class(std::uint32_t count) { return count <= 8 ? 2 : (count + 3) / 4; }
+  std::uint32_t allocate(std::uint32_t count);
+  void release(std::uint32_t offset, std::uint32_t count);
+  void resize_ring(VertexId v, std::uint32_t count);
+  void insert_in_ring(VertexId v, std::uint32_t position, VertexId added);
   void remove_from_ring(VertexId v, VertexId removed);
   void replace_in_ring(VertexId v, VertexId from, VertexId to);
 
   std::vector<Slot> slots_;
-  std::vector<std::vector<VertexId>> long_rings_;
-  std::vector<std::uint32_t> free_long_rings_;
+  std::vector<VertexId> pool_;
+  std::vector<std::vector<std::uint32_t>> free_;  // free pool offsets by size class
 };
 
 }  // namespace fanstream

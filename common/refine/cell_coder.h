@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,6 +44,7 @@ struct CellCoding {
   AxisUnits units;
   std::array<SplitInProgress, kBatch> batch;
   std::vector<Root> roots;  // of a generation of a cell, with the splits they still have
+  std::vector<std::uint64_t> open;
 
   CellCoding(const SplitModel& split_model, const PositionGrid& position_grid)
       : model(split_model), grid(position_grid), units(grid.unit()) {}
@@ -54,51 +56,66 @@ namespace detail {
 [[gnu::cold, gnu::noinline]] Result<void> too_many_splits(std::uint32_t cell);
 [[gnu::cold, gnu::noinline]] Result<void> off_the_grid(std::uint32_t cell, VertexId root);
 
-// Marks the neighbours of a root that are of its cell. Rings are gone through by eights, the rest of them being the root itself:
-// how long a ring is nobody can tell, and to mark the root does no harm.
-inline void mark_neighbours(FanState& state, std::uint32_t cell, VertexId root, std::uint8_t mark) {
-  const std::span<const VertexId> ring = state.rings.ring(root);
-  const auto mark_if_here = [&](VertexId w) {
-    std::uint8_t& near_root = state.near_root[w];
-    near_root = state.cells[w] == cell ? mark : near_root;
-  };
-  if (ring.size() > 16) {
-    for (const VertexId w : ring) mark_if_here(w == kOutside ? root : w);
-    return;
+// The vertices of a cell that may still be roots in a generation, in order, as bits by their index in the cell.
+class OpenVertices {
+ public:
+  OpenVertices(std::vector<std::uint64_t>& words, std::uint32_t count) : words_(words) {
+    words_.assign((count + 63) / 64, ~std::uint64_t{0});
+    if (count % 64 != 0) words_.back() >>= 64 - count % 64;
   }
-  const auto mark_eight = [&](std::size_t from) {
-    for (std::size_t i = from; i < from + 8; ++i) {
-      const VertexId w = ring.data()[i];  // sixteen can be read
-      mark_if_here(i < ring.size() && w != kOutside ? w : root);
+  void close(std::uint32_t index) { words_[index / 64] &= ~(std::uint64_t{1} << (index % 64)); }
+  // Takes the first that is left out and tells it; false if there is none.
+  bool take(std::uint32_t& index) {
+    for (; at_ < words_.size(); ++at_) {
+      std::uint64_t& word = words_[at_];
+      if (word == 0) continue;
+      index = static_cast<std::uint32_t>(64 * at_) + static_cast<std::uint32_t>(std::countr_zero(word));
+      word &= word - 1;
+      return true;
     }
-  };
-  mark_eight(0);
-  if (ring.size() > 8) mark_eight(8);
+    return false;
+  }
+
+ private:
+  std::vector<std::uint64_t>& words_;
+  std::size_t at_ = 0;
+};
+
+// Patches of one generation share no face: the neighbours of a root are none. Fans are gone around by eights, which beyond the end
+// is around again, since how long they are nobody can tell.
+inline void close_neighbours(const FanState& state, std::uint32_t cell, VertexId root, OpenVertices& open) {
+  const LinkedFans::Corner* corners = state.fans.corners();
+  LinkedFans::CornerId corner = state.fans.corner(root);
+  const std::uint32_t own = state.cells[root].index;
+  for (std::uint32_t left = state.fans.ring_size(root); left > 0; left = left > 8 ? left - 8 : 0) {
+    for (int i = 0; i < 8; ++i) {
+      const LinkedFans::Corner c = corners[corner];
+      const FanState::CellPlace place = state.cells[c.neighbour == kOutside ? root : c.neighbour];
+      open.close(place.cell == cell ? place.index : own);
+      corner = c.next;
+    }
+  }
 }
 
 // How often each vertex of the cell is split; fills coding.roots and returns the sum.
 template <class Coder, class Source>
-std::uint64_t code_roots(FanState& state, const CellVertices& vertices, std::uint32_t generation, Coder& original,
+std::uint64_t code_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation, Coder& original,
                          const Source& source, CellCoding& coding) {
   FastCoder<Coder> fast(original);
-  const auto mark = static_cast<std::uint8_t>(generation);
-  const std::uint32_t count = vertices.count();
-  coding.roots.resize(count);
-  std::size_t roots = 0;
+  OpenVertices open(coding.open, vertices.count());
+  coding.roots.clear();
   std::uint64_t sum = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const VertexId v = vertices.at(i);
-    if (state.near_root[v] == mark) continue;  // patches of one generation share no face
+  for (std::uint32_t index = 0; open.take(index);) {
+    const VertexId v = vertices.at(index);
     const VertexContext context = state.vertices[v].context;
     const int table = SymbolContexts::split_count(context.valence, generation - context.touched);
     const std::uint32_t splits =
         code_often_zero(fast.coder, coding.model.symbols[static_cast<std::size_t>(table)], source.split_count(v));
     if (splits == 0) continue;
-    coding.roots[roots++] = {v, splits};
+    coding.roots.push_back({v, splits});
     sum += splits;
-    mark_neighbours(state, vertices.cell, v, mark);
+    close_neighbours(state, vertices.cell, v, open);
   }
-  coding.roots.resize(roots);
   return sum;
 }
 
@@ -109,7 +126,7 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
   const std::span<SplitInProgress> batch = std::span(coding.batch).first(roots.size());
   for (std::size_t i = 0; i < roots.size(); ++i) {
     const VertexId v = roots[i].vertex;
-    batch[i].ring.load(state.rings, v);
+    batch[i].ring.load(state.fans, v);
     batch[i].split.root = v;
     batch[i].last_of_patch = --roots[i].splits == 0;
   }
@@ -127,12 +144,12 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
     if (!coding.grid.contains(places.kept) || !coding.grid.contains(places.added)) {
       return off_the_grid(vertices.cell, v);
     }
+    const std::uint32_t index = vertices.count();
     const VertexId added = vertices.first_new + vertices.made++;
     const VertexContext before = state.vertices[v].context;
-    // The ring is applied as stored, which may start elsewhere than the canonical one.
-    s.split.first = s.ring.wrap(s.split.first + s.ring.start());
-    s.split.last = s.ring.wrap(s.split.last + s.ring.start());
-    apply_split(state, vertices.cell, generation, s.split, s.ring.stored_twice(), s.ring.size(), places, added);
+    const LinkedFans::Arc arc{s.ring.corner_before(s.split.first), s.ring.corner(s.split.first),
+                              s.ring.corner_before(s.split.last), s.ring.corner(s.split.last)};
+    apply_split(state, {vertices.cell, index}, generation, s.split, arc, places, added);
     source.made(s.split, before, added);
   }
   return {};
@@ -142,8 +159,8 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 
 // Source is what knows the splits: for an encoder the builder's history, for a decoder DecodedSplits. It has
 //   std::uint32_t split_count(VertexId) and FanSplit split(const RingGeometry&, VertexId root)
-// and is told made(const FanSplit&, VertexContext before, VertexId added) of each split, with its ring positions as they
-// were applied and the root's context before it. Splits come in rounds: the first of every root, then the second of those
+// and is told made(const FanSplit&, VertexContext before, VertexId added) of each split, with its canonical ring positions
+// and the root's context before it. Splits come in rounds: the first of every root, then the second of those
 // that have two, and so on; a root's next one is asked for after the one before was made.
 // `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid or outnumber the cell table's.
 template <class Coder, class Source>

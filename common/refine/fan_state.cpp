@@ -3,10 +3,13 @@
 namespace fanstream {
 
 void FanState::resize(std::size_t vertex_count) {
-  rings.reserve(vertex_count);
+  fans.resize(vertex_count);
   vertices.resize(vertex_count);
   cells.resize(vertex_count);
-  near_root.resize(vertex_count);
+}
+
+void FanState::set_cell(std::uint32_t cell, std::span<const VertexId> of_cell) {
+  for (std::uint32_t i = 0; i < of_cell.size(); ++i) cells[of_cell[i]] = {cell, i};
 }
 
 std::vector<GridPoint> FanState::places() const {
@@ -18,11 +21,11 @@ std::vector<GridPoint> FanState::places() const {
 
 FanState FanState::from_base(const BaseMesh& base, std::size_t vertex_count) {
   FanState state;
-  state.rings = RingMesh::from_triangles(base.places.size(), base.triangles);
+  state.fans = LinkedFans(base.places.size(), base.triangles);
   state.resize(vertex_count);
   for (VertexId v = 0; v < base.places.size(); ++v) {
     state.vertices[v].place = base.places[v];
-    state.vertices[v].context.valence = static_cast<std::uint8_t>(state.rings.ring_size(v));
+    state.vertices[v].context.valence = static_cast<std::uint8_t>(state.fans.ring_size(v));
   }
   return state;
 }
@@ -31,32 +34,31 @@ namespace {
 
 // A wing gains a neighbour; that counts for its context if it is of the same cell. Wraps, so that it can be undone.
 void count_wing(FanState& state, std::uint32_t cell, VertexId wing, int added) {
-  if (wing == kOutside || state.cells[wing] != cell) return;
+  if (wing == kOutside || state.cells[wing].cell != cell) return;
   std::uint8_t& valence = state.vertices[wing].context.valence;
   valence = static_cast<std::uint8_t>(valence + added);
 }
 
 }  // namespace
 
-void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const FanSplit& split,
-                 const VertexId* ring_twice, std::uint32_t ring_size, const SplitPlaces& places, VertexId added) {
-  count_wing(state, cell, ring_twice[split.first], 1);
-  count_wing(state, cell, ring_twice[split.last], 1);
-  state.rings.split(split.root, added, ring_twice, ring_size, split.first, split.last);
+void apply_split(FanState& state, FanState::CellPlace place, std::uint32_t generation, const FanSplit& split,
+                 const LinkedFans::Arc& arc, const SplitPlaces& places, VertexId added) {
+  count_wing(state, place.cell, state.fans.corners()[arc.first].neighbour, 1);
+  count_wing(state, place.cell, state.fans.corners()[arc.last].neighbour, 1);
+  state.fans.split(split.root, added, arc);
   const auto touched = static_cast<std::uint8_t>(generation);
-  const auto vertex = [&](const GridPoint& place, VertexId v) {
-    return FanVertex{place, {static_cast<std::uint8_t>(state.rings.ring_size(v)), touched, 0}};
+  const auto vertex = [&](const GridPoint& at, VertexId v) {
+    return FanVertex{at, {static_cast<std::uint8_t>(state.fans.ring_size(v)), touched, 0}};
   };
   state.vertices[split.root] = vertex(places.kept, split.root);
   state.vertices[added] = vertex(places.added, added);
-  state.cells[added] = cell;
+  state.cells[added] = place;
 }
 
 void undo_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const SplitUndo& undo, VertexId added) {
   GridPoint& place = state.vertices[undo.root].place;
   place = place_after_merge(place, state.vertices[added].place, undo.parent, generation);
-  const RingMesh::Wings wings = state.rings.wings(undo.root, added);
-  state.rings.merge(undo.root, added);
+  const RingMesh::Wings wings = state.fans.merge(undo.root, added);
   count_wing(state, cell, wings.first, -1);
   count_wing(state, cell, wings.last, -1);
   state.vertices[undo.root].context = undo.root_context;

@@ -6,27 +6,32 @@
 
 #include "common/coding/base_coder.h"
 #include "common/coding/fan_vertex.h"
-#include "common/fans/ring_mesh.h"
+#include "common/fans/linked_fans.h"
 
 namespace fanstream {
 
 // Arrays by vertex number. Thread safety: like a standard container.
 struct FanState {
-  RingMesh rings;
+  LinkedFans fans;
   std::vector<FanVertex> vertices;   // place, and what coding remembers
-  std::vector<std::uint32_t> cells;  // the deepest cell that holds the vertex
-  std::vector<std::uint8_t> near_root;  // the last generation in which a neighbour of the vertex's own cell was split
+  // The deepest cell that holds the vertex, and which of its vertices it is (CellVertices).
+  struct CellPlace {
+    std::uint32_t cell = 0;
+    std::uint32_t index = 0;
+  };
+  std::vector<CellPlace> cells;
 
   void resize(std::size_t vertex_count);
+  void set_cell(std::uint32_t cell, std::span<const VertexId> vertices);  // in the cell's order
   std::vector<GridPoint> places() const;
   // The base mesh, no vertex split yet, in no cell; room for vertex_count vertices.
   static FanState from_base(const BaseMesh& base, std::size_t vertex_count);
 };
 
-// Applies a split of a vertex of `cell`; its wings are positions in the root's ring, given twice around (RingMesh::split).
+// Applies a split of a vertex of `place.cell`; `place` is the new vertex's own. The arc is that of split.first and split.last.
 // `generation` counts from 1, `places` are those after the split.
-void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const FanSplit& split,
-                 const VertexId* ring_twice, std::uint32_t ring_size, const SplitPlaces& places, VertexId added);
+void apply_split(FanState& state, FanState::CellPlace place, std::uint32_t generation, const FanSplit& split,
+                 const LinkedFans::Arc& arc, const SplitPlaces& places, VertexId added);
 
 // What the exact inverse of a split needs to know beyond the mesh.
 struct SplitUndo {

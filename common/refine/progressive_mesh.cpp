@@ -35,7 +35,7 @@ void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std
     Cell& cell = cells_[first + i];
     const CellEntry& entry = index_->cells[first + i];
     cell.vertices = {first + i, std::move(groups[i]), entry.first_vertex, 0, entry.split_count};
-    for (const VertexId v : cell.vertices.initial) state_.cells[v] = first + i;
+    state_.set_cell(first + i, cell.vertices.initial);
     cell.done = slab == 0 ? 0 : slab_end(slab - 1);
     cell.started = true;
     cell.neighbours_known = false;
@@ -88,9 +88,9 @@ Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32
 void ProgressiveMesh::find_neighbours(Cell& cell, std::uint32_t cell_number) {
   cell.neighbours.clear();
   for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) {
-    for (const VertexId w : state_.rings.ring(cell.vertices.at(i))) {
-      if (w != kOutside && state_.cells[w] != cell_number) cell.neighbours.push_back(state_.cells[w]);
-    }
+    state_.fans.for_each_neighbour(cell.vertices.at(i), [&](VertexId w) {
+      if (state_.cells[w].cell != cell_number) cell.neighbours.push_back(state_.cells[w].cell);
+    });
   }
   std::sort(cell.neighbours.begin(), cell.neighbours.end());
   cell.neighbours.erase(std::unique(cell.neighbours.begin(), cell.neighbours.end()), cell.neighbours.end());
@@ -206,7 +206,7 @@ void ProgressiveMesh::retract_children(Cell& cell, std::uint32_t cell_number) {
     child.decoder = {};
     child.layer_starts.clear();
   }
-  for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) state_.cells[cell.vertices.at(i)] = cell_number;
+  state_.set_cell(cell_number, vertices_of(cell));
 }
 
 void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target, std::uint32_t generation) {
@@ -216,11 +216,6 @@ void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target,
     --cell.vertices.made;
     undo_split(state_, cell_number, generation, cell.undo.back(), cell.vertices.first_new + cell.vertices.made);
     cell.undo.pop_back();
-  }
-  const auto mark = static_cast<std::uint8_t>(generation);
-  for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) {
-    std::uint8_t& near_root = state_.near_root[cell.vertices.at(i)];
-    if (near_root == mark) near_root = 0;
   }
 }
 
@@ -271,14 +266,14 @@ std::uint32_t ProgressiveMesh::complete_generation() const {
 
 TriangleMesh ProgressiveMesh::triangle_mesh() const {
   TriangleMesh mesh;
-  std::vector<VertexId> number(state_.rings.vertex_capacity(), 0);
+  std::vector<VertexId> number(state_.fans.vertex_capacity(), 0);
   mesh.positions.reserve(vertex_count_);
   for (VertexId v = 0; v < number.size(); ++v) {
-    if (!state_.rings.contains(v)) continue;
+    if (!state_.fans.contains(v)) continue;
     number[v] = static_cast<VertexId>(mesh.positions.size());
     mesh.positions.push_back(head_->grid.decode(state_.vertices[v].place));
   }
-  mesh.triangles = state_.rings.triangles();
+  mesh.triangles = state_.fans.triangles();
   for (Triangle& t : mesh.triangles) {
     for (VertexId& v : t) v = number[v];
   }
@@ -286,8 +281,8 @@ TriangleMesh ProgressiveMesh::triangle_mesh() const {
 }
 
 std::size_t ProgressiveMesh::memory_bytes() const {
-  std::size_t bytes = state_.rings.memory_bytes() + state_.vertices.capacity() * sizeof(FanVertex) +
-                      state_.cells.capacity() * sizeof(std::uint32_t) + state_.near_root.capacity() + cells_.capacity() * sizeof(Cell);
+  std::size_t bytes = state_.fans.memory_bytes() + state_.vertices.capacity() * sizeof(FanVertex) +
+                      state_.cells.capacity() * sizeof(FanState::CellPlace) + cells_.capacity() * sizeof(Cell);
   for (const Cell& cell : cells_) {
     bytes += cell.vertices.initial.capacity() * sizeof(VertexId) + cell.undo.capacity() * sizeof(SplitUndo) +
              cell.neighbours.capacity() * sizeof(std::uint32_t) + cell.made_before.capacity() * sizeof(std::uint32_t);

@@ -148,7 +148,7 @@ class Builder {
           return encoders[cell];
         },
         [&](const RingGeometry&, const FanSplit& split, const MergeRecord& merge) {
-          const std::uint32_t cell = grower.state().cells[split.root];
+          const std::uint32_t cell = grower.state().cells[split.root].cell;
           if (cell >= current.size()) current.resize(cell + 1, 0.0F);
           current[cell] = std::max(current[cell], merge.deviation);
         },

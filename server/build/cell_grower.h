@@ -67,7 +67,7 @@ class CellGrower {
     const auto add = [&](std::vector<VertexId> vertices, std::uint32_t parts, std::uint32_t parent) {
       for (auto& group : partition_vertices(std::move(vertices), state_.vertices, head_.grid.unit(), parts)) {
         const auto number = static_cast<std::uint32_t>(cells_.size());
-        for (const VertexId v : group) state_.cells[v] = number;
+        state_.set_cell(number, group);
         CellEntry entry;
         entry.parent = parent;
         entry.slab = slab;

@@ -24,7 +24,7 @@ tl::unexpected<Error> broken(const AssetFile& asset, const std::string& what) {
 
 // Faces by vertex number, each beginning with its least corner, in order: equal for equal meshes.
 std::vector<Triangle> canonical_faces(const FanState& state) {
-  std::vector<Triangle> faces = state.rings.triangles();
+  std::vector<Triangle> faces = state.fans.triangles();
   for (Triangle& t : faces) std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
   std::sort(faces.begin(), faces.end());
   return faces;

@@ -48,7 +48,7 @@ inline std::vector<CellVertices> start_cells(const AssetHead& head, const AssetI
   const auto start = [&](std::vector<VertexId> vertices, std::uint32_t first, std::uint32_t count) {
     auto groups = partition_vertices(std::move(vertices), state.vertices, head.grid.unit(), count);
     for (std::uint32_t i = 0; i < count; ++i) {
-      for (const VertexId v : groups[i]) state.cells[v] = first + i;
+      state.set_cell(first + i, groups[i]);
       const CellEntry& entry = index.cells[first + i];
       started.push_back({first + i, std::move(groups[i]), entry.first_vertex, 0, entry.split_count});
     }

@@ -24,9 +24,9 @@ struct SplitDependencies::Recorder {
       cell.splits.resize(end - start);
       // Splits give a cell no new neighbours: what they add lies beside what their root lay beside.
       for (const VertexId v : vertices.initial) {
-        for (const VertexId w : state.rings.ring(v)) {
-          if (w != kOutside && state.cells[w] != vertices.cell) cell.neighbours.push_back(state.cells[w]);
-        }
+        state.fans.for_each_neighbour(v, [&](VertexId w) {
+          if (state.cells[w].cell != vertices.cell) cell.neighbours.push_back(state.cells[w].cell);
+        });
       }
       std::sort(cell.neighbours.begin(), cell.neighbours.end());
       cell.neighbours.erase(std::unique(cell.neighbours.begin(), cell.neighbours.end()), cell.neighbours.end());
@@ -90,7 +90,7 @@ std::vector<std::uint32_t> SplitDependencies::needed(std::span<const VertexId> v
   std::vector<Step> open;
   for (const VertexId v : vertices) {
     open.push_back(latest_[v]);
-    for (const VertexId w : full_.rings.ring(v)) {
+    for (const VertexId w : full_.fans.ring(v)) {
       if (w != kOutside) open.push_back(latest_[w]);
     }
   }
@@ -146,7 +146,7 @@ struct Surface {
   std::vector<Triangle> triangles;
   std::vector<double> area_up_to;
 
-  explicit Surface(const SplitDependencies& dependencies) : triangles(dependencies.full().rings.triangles()) {
+  explicit Surface(const SplitDependencies& dependencies) : triangles(dependencies.full().fans.triangles()) {
     for (const GridPoint& place : dependencies.full().places()) {
       positions.push_back(dependencies.asset().asset_head()->grid.decode(place));
     }

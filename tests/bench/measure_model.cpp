@@ -121,7 +121,7 @@ class Measurement {
       const double start = thread_cpu_seconds();
       Result<std::unique_ptr<ProgressiveMesh>> mesh = rebuild_fully(bytes_, "the asset just built");
       if (!mesh) return tl::unexpected(mesh.error());
-      std::vector<Triangle> triangles = (*mesh)->state().rings.triangles();
+      std::vector<Triangle> triangles = (*mesh)->state().fans.triangles();
       seconds.push_back(thread_cpu_seconds() - start);
       if (i > 0) continue;
       GridMesh rebuilt{{}, std::move(triangles)};

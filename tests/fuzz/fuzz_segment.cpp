@@ -27,7 +27,7 @@ void require(bool condition) {
 }
 
 std::vector<Triangle> faces_of(const ProgressiveMesh& mesh) {
-  std::vector<Triangle> faces = mesh.state().rings.triangles();
+  std::vector<Triangle> faces = mesh.state().fans.triangles();
   for (Triangle& t : faces) std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
   std::sort(faces.begin(), faces.end());
   return faces;

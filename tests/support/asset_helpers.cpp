@@ -89,14 +89,14 @@ bool is_manifold(const ProgressiveMesh& mesh, std::string* why) {
 StateImage image_of(const ProgressiveMesh& mesh) {
   const FanState& state = mesh.state();
   StateImage image;
-  for (VertexId v = 0; v < state.rings.vertex_capacity(); ++v) {
-    if (!state.rings.contains(v)) {
+  for (VertexId v = 0; v < state.fans.vertex_capacity(); ++v) {
+    if (!state.fans.contains(v)) {
       image.rings.emplace_back();
       image.places.push_back({});
       image.contexts.push_back({});
       continue;
     }
-    image.rings.push_back(as_cycle(state.rings.ring(v)));
+    image.rings.push_back(as_cycle(state.fans.ring(v)));
     image.places.push_back({state.vertices[v].place.x, state.vertices[v].place.y, state.vertices[v].place.z});
     image.contexts.push_back({state.vertices[v].context.valence, state.vertices[v].context.touched});
   }

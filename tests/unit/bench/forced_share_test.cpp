@@ -71,7 +71,7 @@ class ForcedShareTest : public ::testing::TestWithParam<const char*> {
     while (vertices.size() < count) {
       const auto v = static_cast<VertexId>(random() % asset_->vertex_count());
       vertices.push_back(v);
-      const VertexId w = dependencies_.full().rings.ring(v)[0];
+      const VertexId w = dependencies_.full().fans.ring(v)[0];
       if (w != kOutside) vertices.push_back(w);
     }
     return vertices;
@@ -80,8 +80,8 @@ class ForcedShareTest : public ::testing::TestWithParam<const char*> {
   bool in_full(const FanState& state, std::span<const VertexId> vertices) const {
     return std::all_of(vertices.begin(), vertices.end(), [&](VertexId v) {
       const FanState& full = dependencies_.full();
-      if (!state.rings.contains(v) || canonical(state.rings.ring(v)) != canonical(full.rings.ring(v))) return false;
-      const Ring ring = canonical(full.rings.ring(v));
+      if (!state.fans.contains(v) || canonical(state.fans.ring(v)) != canonical(full.fans.ring(v))) return false;
+      const Ring ring = canonical(full.fans.ring(v));
       return state.vertices[v].place == full.vertices[v].place && std::all_of(ring.begin(), ring.end(), [&](VertexId w) {
                return w == kOutside || state.vertices[w].place == full.vertices[w].place;
              });

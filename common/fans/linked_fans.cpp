@@ -1,0 +1,152 @@
+#include "common/fans/linked_fans.h"
+
+#include <cassert>
+#include <unordered_map>
+
+namespace fanstream {
+namespace {
+
+using CornerId = LinkedFans::CornerId;
+
+// The next and the previous corner of the same face.
+CornerId after(CornerId corner) { return (corner & 3U) == 2 ? corner - 2 : corner + 1; }
+CornerId before(CornerId corner) { return (corner & 3U) == 0 ? corner + 2 : corner - 1; }
+
+std::uint64_t edge_key(VertexId from, VertexId to) { return std::uint64_t{from} << 32U | to; }
+
+}  // namespace
+
+LinkedFans::LinkedFans(std::size_t vertex_count, const std::vector<Triangle>& triangles)
+    : fans_(vertex_count), base_vertices_(static_cast<std::uint32_t>(vertex_count)) {
+  std::unordered_map<std::uint64_t, CornerId> corner_of;  // by directed edge: the corner at its start in the face on its left
+  corner_of.reserve(4 * triangles.size());
+  const auto add_face = [&](VertexId a, VertexId b, VertexId c) {
+    const auto corner = static_cast<CornerId>(corners_.size());
+    corners_.insert(corners_.end(), {{b, 0}, {c, 0}, {a, 0}, {}});
+    corner_of[edge_key(a, b)] = corner;
+    corner_of[edge_key(b, c)] = corner + 1;
+    corner_of[edge_key(c, a)] = corner + 2;
+  };
+  for (const Triangle& t : triangles) add_face(t[0], t[1], t[2]);
+  for (const Triangle& t : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const VertexId from = t[i];
+      const VertexId to = t[(i + 1) % 3];
+      if (!corner_of.contains(edge_key(to, from))) add_face(to, from, kOutside);
+    }
+  }
+  base_faces_ = static_cast<std::uint32_t>(corners_.size() / 4);
+  // The corner after (v, b, c) counter-clockwise around v is that of the face on the left of v -> c.
+  for (CornerId corner = 0; corner < corners_.size(); ++corner) {
+    if ((corner & 3U) == 3) continue;
+    const VertexId v = corners_[before(corner)].neighbour;
+    const VertexId c = corners_[after(corner)].neighbour;
+    corners_[corner].next = corner_of.at(edge_key(v, c));
+    if (v == kOutside) continue;
+    fans_[v].corner = corner;
+    ++fans_[v].count;
+  }
+}
+
+void LinkedFans::resize(std::size_t vertex_count) {
+  fans_.resize(vertex_count);
+  corners_.resize(4 * (base_faces_ + 2 * (vertex_count - base_vertices_)));
+}
+
+std::vector<VertexId> LinkedFans::ring(VertexId v) const {
+  std::vector<VertexId> ids(fans_[v].count);
+  CornerId corner = fans_[v].corner;
+  for (VertexId& id : ids) {
+    id = corners_[corner].neighbour;
+    corner = corners_[corner].next;
+  }
+  return ids;
+}
+
+void LinkedFans::split(VertexId root, VertexId added, std::uint32_t first, std::uint32_t last) {
+  std::vector<CornerId> corner(fans_[root].count);
+  corner[0] = fans_[root].corner;
+  for (std::size_t i = 1; i < corner.size(); ++i) corner[i] = corners_[corner[i - 1]].next;
+  const auto at = [&](std::size_t i) { return corner[i % corner.size()]; };
+  split(root, added, {at(first + corner.size() - 1), at(first), at(last + corner.size() - 1), at(last)});
+}
+
+// The new faces are A = (root, first wing, added) and B = (root, added, last wing).
+void LinkedFans::split(VertexId root, VertexId added, const Arc& arc) {
+  assert(added < fans_.size() && fans_[added].count == 0 && arc.first != arc.last);
+  Corner* c = corners_.data();
+  const VertexId wing_first = c[arc.first].neighbour;
+  const VertexId wing_last = c[arc.last].neighbour;
+  const CornerId a = first_corner(added);
+  const CornerId b = a + 4;
+  // The arc's faces change hands: their last corner spells the new vertex now.
+  std::uint32_t taken = 1;
+  for (CornerId corner = arc.first;; ++taken) {
+    c[before(corner)].neighbour = added;
+    if (corner == arc.before_last) break;
+    corner = c[corner].next;
+  }
+  const CornerId beside_first = after(arc.first);  // the wing's corner in the arc's first face: A follows it
+  const CornerId beside_last = after(arc.last);    // the wing's corner in the face after the arc: B follows it
+  c[a] = {wing_first, b};
+  c[a + 1] = {added, c[beside_first].next};
+  c[a + 2] = {root, arc.first};
+  c[b] = {added, arc.last};
+  c[b + 1] = {wing_last, a + 2};
+  c[b + 2] = {root, c[beside_last].next};
+  c[beside_first].next = a + 1;
+  c[beside_last].next = b + 2;
+  c[arc.before_first].next = a;
+  c[arc.before_last].next = b + 1;
+  fans_[added] = {a + 2, taken + 2};
+  fans_[root] = {a, fans_[root].count - taken + 2};
+  if (wing_first != kOutside) ++fans_[wing_first].count;
+  if (wing_last != kOutside) ++fans_[wing_last].count;
+}
+
+RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added) {
+  Corner* c = corners_.data();
+  const CornerId a = first_corner(added);
+  const CornerId b = a + 4;
+  const RingMesh::Wings wings{c[a].neighbour, c[b + 1].neighbour};
+  const CornerId first = c[a + 2].next;
+  const CornerId last = c[b].next;
+  const CornerId before_first = after(c[a + 1].next);  // in the face on the other side of the first wing
+  c[after(first)].next = c[a + 1].next;
+  c[after(last)].next = c[b + 2].next;
+  std::uint32_t taken = 1;
+  CornerId corner = first;
+  for (;; ++taken) {
+    c[before(corner)].neighbour = root;
+    if (c[corner].next == b + 1) break;
+    corner = c[corner].next;
+  }
+  c[corner].next = last;
+  c[before_first].next = first;
+  fans_[root] = {first, fans_[root].count + taken - 2};
+  fans_[added] = {};
+  if (wings.first != kOutside) --fans_[wings.first].count;
+  if (wings.last != kOutside) --fans_[wings.last].count;
+  for (CornerId i = 0; i < 8; ++i) c[a + i] = {};
+  return wings;
+}
+
+std::vector<Triangle> LinkedFans::triangles() const {
+  std::vector<Triangle> result(corners_.size() / 4 + 1);
+  Triangle* next = result.data();  // faces to kOutside are written over: cheaper than a branch
+  for (std::size_t i = 0; i < corners_.size(); i += 4) {
+    const VertexId b = corners_[i].neighbour;
+    const VertexId c = corners_[i + 1].neighbour;
+    const VertexId a = corners_[i + 2].neighbour;
+    *next = {a, b, c};
+    next += static_cast<int>(a != kOutside) & static_cast<int>(b != kOutside) & static_cast<int>(c != kOutside);
+  }
+  result.resize(static_cast<std::size_t>(next - result.data()));
+  return result;
+}
+
+std::size_t LinkedFans::memory_bytes() const {
+  return corners_.capacity() * sizeof(Corner) + fans_.capacity() * sizeof(Fan);
+}
+
+}  // namespace fanstream
