@@ -33,83 +33,81 @@ void RingGeometry::grow(std::size_t size) {
   reaches_.resize(capacity_ + 16);
 }
 
-// Goes around the fan by whole blocks: beyond the end that is simply around again.
-template <std::uint32_t blocks>
-void RingGeometry::walk(const LinkedFans& fans) {
-  const LinkedFans::Corner* corners = fans.corners();
-  LinkedFans::CornerId corner = fans.corner(root_);
-  for (std::uint32_t k = 0; k < block_count<blocks>(); ++k) {
-    Uint4 ids;
-    Uint4 at;
-    for (std::uint32_t j = 0; j < 4; ++j) {
-      const LinkedFans::Corner c = corners[corner];
-      ids[j] = c.neighbour;
-      at[j] = corner;
-      corner = c.next;
-    }
-    store4(ids_.data() + 4 * k, ids);
-    store4(corners_.data() + 4 * k, at);
-  }
-  for (std::uint32_t k = block_count<blocks>(); k-- > 0;) {
-    store4(ids_.data() + size_ + 4 * k, load4(ids_.data() + 4 * k));
-    store4(corners_.data() + size_ + 4 * k, load4(corners_.data() + 4 * k));
-  }
-}
-
-// Where the smallest number stands, kOutside being the largest.
-template <std::uint32_t blocks>
-void RingGeometry::find_start() {
-  const VertexId* ids = ids_.data();
-  constexpr Uint4 kMost = {0x7FFFFFFFU, 0x7FFFFFFFU, 0x7FFFFFFFU, 0x7FFFFFFFU};
-  Uint4 least = kMost;
-  for (std::uint32_t k = 0; k < block_count<blocks>(); ++k) {
-    const Uint4 id = load4(ids + 4 * k);
-    const Uint4 here = chosen(mask_of(id == uint4(kOutside)), kMost, id);
-    least = chosen(less(here, least), here, least);
-  }
-  const Uint4 pairs = __builtin_shufflevector(least, least, 2, 3, 0, 1);
-  least = chosen(less(pairs, least), pairs, least);
-  const Uint4 other = __builtin_shufflevector(least, least, 1, 0, 3, 2);
-  least = chosen(less(other, least), other, least);
-  Uint4 found{};
-  for (std::uint32_t k = 0; k < block_count<blocks>(); ++k) {
-    found |= mask_of(load4(ids + 4 * k) == least) & less(lanes_from(4 * k), uint4(size_)) & lanes_from(4 * k);
-  }
-  start_ = any_bits(found);
+// Four neighbours for place(), and where kOutside is among them, as position + 1.
+void RingGeometry::note(std::uint32_t at, Uint4 ids, Uint4& gap) {
+  const Uint4 lane = lanes_from(at);
+  const Uint4 inside = less(lane, uint4(size_));
+  const Uint4 outside = mask_of(ids == uint4(kOutside));
+  store4(neighbours_.data() + at, chosen(inside & ~outside, ids, uint4(root_)));
+  gap |= inside & outside & (lane + uint4(1));
 }
 
 template <std::uint32_t blocks>
-void RingGeometry::find_neighbours(VertexId root) {
-  const VertexId* ids = ids_.data() + start_;
+void RingGeometry::lay_out(const FanWalk& walk) {
+  std::array<Uint4, blocks> ids;
+  std::array<Uint4, blocks> corners;
   Uint4 gap{};
-  for (std::uint32_t k = 0; k < block_count<blocks>(); ++k) {
-    const Uint4 lane = lanes_from(4 * k);
-    const Uint4 id = load4(ids + 4 * k);
-    const Uint4 inside = less(lane, uint4(size_));
-    const Uint4 outside = mask_of(id == uint4(kOutside));
-    store4(neighbours_.data() + 4 * k, chosen(inside & ~outside, id, uint4(root)));
-    gap |= inside & outside & (lane + uint4(1));
+  for (std::uint32_t k = 0; k < blocks; ++k) {
+    ids[k] = load4(walk.ids.data() + std::size_t{4} * k);
+    corners[k] = load4(walk.corners.data() + std::size_t{4} * k);
+    note(4 * k, ids[k], gap);
+  }
+  for (const std::uint32_t from : {0U, size_}) {
+    for (std::uint32_t k = 0; k < blocks; ++k) {
+      store4(ids_.data() + from + 4 * k, ids[k]);
+      store4(corners_.data() + from + 4 * k, corners[k]);
+    }
   }
   const std::uint32_t found = any_bits(gap);
   gap_ = found != 0 ? found - 1 : size_;
 }
 
+void RingGeometry::lay_out_long(const LinkedFans& fans) {
+  LinkedFans::CornerId corner = fans.corner(root_);
+  for (std::uint32_t i = 0; i < 2 * size_; ++i) {
+    const LinkedFans::Corner c = fans.corners()[corner];
+    ids_[i] = c.neighbour;
+    corners_[i] = corner;
+    corner = c.next;
+  }
+  Uint4 gap{};
+  for (std::uint32_t at = 0; at < size_; at += 4) note(at, load4(ids_.data() + at), gap);
+  const std::uint32_t found = any_bits(gap);
+  gap_ = found != 0 ? found - 1 : size_;
+}
+
+void FanWalk::go_around(const LinkedFans& fans, VertexId v) {
+  size = fans.ring_size(v);
+  const LinkedFans::Corner* all = fans.corners();
+  LinkedFans::CornerId corner = fans.corner(v);
+  const auto eight = [&](std::size_t from) {
+    for (std::size_t i = from; i < from + 8; ++i) {
+      const LinkedFans::Corner c = all[corner];
+      ids[i] = c.neighbour;
+      corners[i] = corner;
+      corner = c.next;
+    }
+  };
+  eight(0);
+  if (size > 8) eight(8);
+}
+
 void RingGeometry::load(const LinkedFans& fans, VertexId root) {
-  size_ = fans.ring_size(root);
+  FanWalk walk;
+  walk.go_around(fans, root);
+  load(fans, root, walk);
+}
+
+void RingGeometry::load(const LinkedFans& fans, VertexId root, const FanWalk& walk) {
+  size_ = walk.size;
   root_ = root;
   if (size_ > capacity_) grow(size_);
   if (size_ <= 8) {
-    walk<2>(fans);
-    find_start<2>();
-    find_neighbours<2>(root);
+    lay_out<2>(walk);
   } else if (size_ <= 16) {
-    walk<4>(fans);
-    find_start<4>();
-    find_neighbours<4>(root);
+    lay_out<4>(walk);
   } else {
-    walk<0>(fans);
-    find_start<0>();
-    find_neighbours<0>(root);
+    lay_out_long(fans);
   }
 }
 

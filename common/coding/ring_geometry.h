@@ -1,6 +1,7 @@
 // What coder and decoder both see of a root before it is split: its canonical ring in space.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,13 +11,27 @@
 
 namespace fanstream {
 
+// A fan as it is linked: the vertices around it and the corners that spell them. Sixteen entries, which beyond the fan's end go
+// around again; of a longer fan only the first.
+struct FanWalk {
+  static constexpr std::uint32_t kEntries = 16;
+  std::uint32_t size = 0;  // of the fan
+  alignas(16) std::array<VertexId, kEntries> ids;
+  alignas(16) std::array<LinkedFans::CornerId, kEntries> corners;
+
+  void go_around(const LinkedFans& fans, VertexId v);
+  // How many entries have been filled: eight are enough for most fans.
+  std::uint32_t filled() const { return size <= 8 ? 8 : kEntries; }
+};
+
 // All lengths are in grid steps of the finest axis, in single precision with plain IEEE operations only, so that
 // every machine computes the same bits. Reused from split to split to avoid allocation; not thread safe.
 class RingGeometry {
  public:
-  // In three steps, so that several rings can be worked on side by side. First the ring of `root`, of at least 3: position 0
-  // is the canonical start.
+  // In three steps, so that several rings can be worked on side by side. First the ring of `root`, of at least 3. Position 0 is
+  // where the fan starts (LinkedFans::corner), which its own splits alone determine.
   void load(const LinkedFans& fans, VertexId root);
+  void load(const LinkedFans& fans, VertexId root, const FanWalk& walk);  // which has gone around the root
   // Then where it lies. `unit` is the size of one code step of each axis, 0 in the fourth lane.
   void place(std::span<const FanVertex> vertices, Float4 unit);
   // Then its shape.
@@ -30,10 +45,10 @@ class RingGeometry {
   std::uint32_t size() const { return size_; }
   bool is_open() const { return gap_ < size_; }
   std::uint32_t gap() const { return gap_; }  // position of kOutside, or size()
-  VertexId id(std::uint32_t i) const { return ids_[start_ + i]; }
+  VertexId id(std::uint32_t i) const { return ids_[i]; }
   // The fan's corner that spells a position, and that before it.
-  LinkedFans::CornerId corner(std::uint32_t i) const { return corners_[wrap(start_ + i)]; }
-  LinkedFans::CornerId corner_before(std::uint32_t i) const { return corners_[wrap(start_ + i) + size_ - 1]; }
+  LinkedFans::CornerId corner(std::uint32_t i) const { return corners_[i]; }
+  LinkedFans::CornerId corner_before(std::uint32_t i) const { return corners_[i + size_ - 1]; }
   // From the root; zero at the gap. Positions run on to 2 * size() - 1, twice around.
   Float4 spoke(std::uint32_t i) const { return spokes_[i]; }
   Float4 spoke_sum(std::uint32_t i) const { return spoke_sums_[i]; }  // of the first i, twice around
@@ -53,11 +68,9 @@ class RingGeometry {
  private:
   // Rings are worked on by blocks of four entries: two or four blocks, which the compiler unrolls, or as many as it takes (0).
   template <std::uint32_t blocks>
-  void walk(const LinkedFans& fans);
-  template <std::uint32_t blocks>
-  void find_start();
-  template <std::uint32_t blocks>
-  void find_neighbours(VertexId root);
+  void lay_out(const FanWalk& walk);
+  void lay_out_long(const LinkedFans& fans);
+  void note(std::uint32_t at, Uint4 ids, Uint4& gap);
   template <std::uint32_t blocks>
   void place_blocks(std::span<const FanVertex> vertices, Float4 unit);
   template <std::uint32_t blocks>
@@ -71,16 +84,15 @@ class RingGeometry {
   void grow(std::size_t size);
 
   std::uint32_t size_ = 0;
-  std::uint32_t start_ = 0;
   std::uint32_t gap_ = 0;
   VertexId root_ = 0;
   float mean_square_ = 0.0F;
   float bend_square_ = 0.0F;
   Float4 normal_{};  // before measure(): not yet of unit length
   std::size_t capacity_ = 0;
-  std::vector<LinkedFans::CornerId> corners_;  // twice around, from where the fan starts
-  std::vector<VertexId> ids_;                  // likewise
-  std::vector<VertexId> neighbours_;  // canonical; the root itself at the gap and past the end
+  std::vector<LinkedFans::CornerId> corners_;  // twice around
+  std::vector<VertexId> ids_;
+  std::vector<VertexId> neighbours_;  // the root itself at the gap and past the end
   std::vector<Float4> spokes_;        // twice around
   std::vector<Float4> spoke_sums_;    // of the first i spokes, twice around
   std::vector<float> square_sums_;    // of the first i spokes' squared lengths, twice around

@@ -104,7 +104,7 @@ void LinkedFans::split(VertexId root, VertexId added, const Arc& arc) {
   if (wing_last != kOutside) ++fans_[wing_last].count;
 }
 
-RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added) {
+RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added, CornerId root_corner) {
   Corner* c = corners_.data();
   const CornerId a = first_corner(added);
   const CornerId b = a + 4;
@@ -123,7 +123,7 @@ RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added) {
   }
   c[corner].next = last;
   c[before_first].next = first;
-  fans_[root] = {first, fans_[root].count + taken - 2};
+  fans_[root] = {root_corner, fans_[root].count + taken - 2};
   fans_[added] = {};
   if (wings.first != kOutside) --fans_[wings.first].count;
   if (wings.last != kOutside) --fans_[wings.last].count;

@@ -35,9 +35,10 @@ class LinkedFans {
   bool contains(VertexId v) const { return v < fans_.size() && fans_[v].count != 0; }
   // The faces of a fan, those to kOutside included, which is also the size of the ring, with kOutside once on a boundary.
   std::uint32_t ring_size(VertexId v) const { return fans_[v].count; }
+  // Where the fan starts: after a split at the first of the new faces, before that at any corner, whatever happens around it.
   CornerId corner(VertexId v) const { return fans_[v].corner; }
   const Corner* corners() const { return corners_.data(); }
-  // The ring, counter-clockwise seen from outside, starting anywhere. Empty for a vertex that is not in the mesh.
+  // The ring, counter-clockwise seen from outside, from corner(v) on. Empty for a vertex that is not in the mesh.
   std::vector<VertexId> ring(VertexId v) const;
   template <class Visitor>
   void for_each_neighbour(VertexId v, Visitor&& visit) const {
@@ -60,9 +61,9 @@ class LinkedFans {
   // The same by positions in ring(root).
   void split(VertexId root, VertexId added, std::uint32_t first, std::uint32_t last);
 
-  // The inverse. Precondition: the split of `root` that brought `added` is the latest of its surroundings.
-  // Returns the wings.
-  RingMesh::Wings merge(VertexId root, VertexId added);
+  // The inverse; the fan of `root` starts at `root_corner` again. Precondition: the split of `root` that brought `added` is the
+  // latest of its surroundings. Returns the wings.
+  RingMesh::Wings merge(VertexId root, VertexId added, CornerId root_corner);
 
   // Every face once.
   std::vector<Triangle> triangles() const;

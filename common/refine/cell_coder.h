@@ -34,17 +34,20 @@ struct CellVertices {
 
 // The scratch and constants that coding needs; one per thread of work.
 struct CellCoding {
-  static constexpr std::size_t kBatch = 16;  // splits that are coded side by side, at most; part of the format
+  // Both are part of the format: splits, and vertices that may be split, that are coded side by side at most.
+  static constexpr std::size_t kBatch = 16;
+  static constexpr std::size_t kRootGroup = 8;
   struct Root {
-    VertexId vertex;
-    std::uint32_t splits;
+    VertexId vertex = 0;
+    std::uint32_t splits = 0;
+    FanWalk walk;  // before its first split
   };
   const SplitModel& model;
   const PositionGrid& grid;
   AxisUnits units;
   std::array<SplitInProgress, kBatch> batch;
   std::vector<Root> roots;  // of a generation of a cell, with the splits they still have
-  std::vector<std::uint64_t> open;
+  std::vector<std::uint8_t> closed;  // by index in the cell: no root in this generation
 
   CellCoding(const SplitModel& split_model, const PositionGrid& position_grid)
       : model(split_model), grid(position_grid), units(grid.unit()) {}
@@ -56,77 +59,76 @@ namespace detail {
 [[gnu::cold, gnu::noinline]] Result<void> too_many_splits(std::uint32_t cell);
 [[gnu::cold, gnu::noinline]] Result<void> off_the_grid(std::uint32_t cell, VertexId root);
 
-// The vertices of a cell that may still be roots in a generation, in order, as bits by their index in the cell.
-class OpenVertices {
- public:
-  OpenVertices(std::vector<std::uint64_t>& words, std::uint32_t count) : words_(words) {
-    words_.assign((count + 63) / 64, ~std::uint64_t{0});
-    if (count % 64 != 0) words_.back() >>= 64 - count % 64;
-  }
-  void close(std::uint32_t index) { words_[index / 64] &= ~(std::uint64_t{1} << (index % 64)); }
-  // Takes the first that is left out and tells it; false if there is none.
-  bool take(std::uint32_t& index) {
-    for (; at_ < words_.size(); ++at_) {
-      std::uint64_t& word = words_[at_];
-      if (word == 0) continue;
-      index = static_cast<std::uint32_t>(64 * at_) + static_cast<std::uint32_t>(std::countr_zero(word));
-      word &= word - 1;
-      return true;
-    }
-    return false;
-  }
-
- private:
-  std::vector<std::uint64_t>& words_;
-  std::size_t at_ = 0;
-};
-
-// Patches of one generation share no face: the neighbours of a root are none. Fans are gone around by eights, which beyond the end
-// is around again, since how long they are nobody can tell.
-inline void close_neighbours(const FanState& state, std::uint32_t cell, VertexId root, OpenVertices& open) {
-  const LinkedFans::Corner* corners = state.fans.corners();
-  LinkedFans::CornerId corner = state.fans.corner(root);
+// Patches of one generation share no face: no neighbour of a root is one.
+inline void close_neighbours(const FanState& state, std::uint32_t cell, VertexId root, const FanWalk& walk,
+                             std::vector<std::uint8_t>& closed) {
   const std::uint32_t own = state.cells[root].index;
-  for (std::uint32_t left = state.fans.ring_size(root); left > 0; left = left > 8 ? left - 8 : 0) {
-    for (int i = 0; i < 8; ++i) {
-      const LinkedFans::Corner c = corners[corner];
-      const FanState::CellPlace place = state.cells[c.neighbour == kOutside ? root : c.neighbour];
-      open.close(place.cell == cell ? place.index : own);
-      corner = c.next;
-    }
+  const auto close = [&](VertexId w) {
+    const FanState::CellPlace place = state.cells[w == kOutside ? root : w];
+    closed[place.cell == cell ? place.index : own] = 1;  // to close the root itself does no harm
+  };
+  if (walk.size > FanWalk::kEntries) {
+    state.fans.for_each_neighbour(root, close);
+    return;
+  }
+  for (std::size_t i = 0; i < 8; ++i) close(walk.ids[i]);
+  if (walk.size > 8) {
+    for (std::size_t i = 8; i < FanWalk::kEntries; ++i) close(walk.ids[i]);
   }
 }
 
-// How often each vertex of the cell is split; fills coding.roots and returns the sum.
+// How often each vertex of the cell is split, by groups of kRootGroup vertices that are not closed; fills coding.roots and
+// returns the sum. What a root closes is known from the next group on, so that within one a decoder waits for symbols only.
 template <class Coder, class Source>
 std::uint64_t code_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation, Coder& original,
                          const Source& source, CellCoding& coding) {
   FastCoder<Coder> fast(original);
-  OpenVertices open(coding.open, vertices.count());
-  coding.roots.clear();
+  const std::uint32_t count = vertices.count();
+  coding.closed.assign(count, 0);
+  coding.roots.resize(CellCoding::kRootGroup);
   std::uint64_t sum = 0;
-  for (std::uint32_t index = 0; open.take(index);) {
-    const VertexId v = vertices.at(index);
-    const VertexContext context = state.vertices[v].context;
-    const int table = SymbolContexts::split_count(context.valence, generation - context.touched);
-    const std::uint32_t splits =
-        code_often_zero(fast.coder, coding.model.symbols[static_cast<std::size_t>(table)], source.split_count(v));
-    if (splits == 0) continue;
-    coding.roots.push_back({v, splits});
-    sum += splits;
-    close_neighbours(state, vertices.cell, v, open);
+  std::size_t roots = 0;
+  for (std::uint32_t at = 0; at < count;) {
+    std::array<std::uint32_t, CellCoding::kRootGroup + 1> group;
+    std::size_t size = 0;
+    for (; size < CellCoding::kRootGroup && at < count; ++at) {
+      group[size] = at;
+      size += coding.closed[at] == 0 ? 1 : 0;
+    }
+    const std::size_t before = roots;
+    if (coding.roots.size() < roots + CellCoding::kRootGroup) coding.roots.resize(2 * coding.roots.size());
+    for (std::size_t i = 0; i < size; ++i) {
+      const VertexId v = vertices.at(group[i]);
+      const VertexContext context = state.vertices[v].context;
+      const int table = SymbolContexts::split_count(context.valence, generation - context.touched);
+      const std::uint32_t splits =
+          code_large(fast.coder, coding.model.symbols[static_cast<std::size_t>(table)], source.split_count(v));
+      coding.roots[roots].vertex = v;
+      coding.roots[roots].splits = splits;
+      roots += splits != 0 ? 1 : 0;
+      sum += splits;
+    }
+    for (std::size_t i = before; i < roots; ++i) coding.roots[i].walk.go_around(state.fans, coding.roots[i].vertex);
+    for (std::size_t i = before; i < roots; ++i) {
+      close_neighbours(state, vertices.cell, coding.roots[i].vertex, coding.roots[i].walk, coding.closed);
+    }
   }
+  coding.roots.resize(roots);
   return sum;
 }
 
 // The next split of up to kBatch roots.
 template <class Coder, class Source>
 Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t generation, std::span<CellCoding::Root> roots,
-                        Coder& coder, Source& source, CellCoding& coding) {
+                        bool first_round, Coder& coder, Source& source, CellCoding& coding) {
   const std::span<SplitInProgress> batch = std::span(coding.batch).first(roots.size());
   for (std::size_t i = 0; i < roots.size(); ++i) {
     const VertexId v = roots[i].vertex;
-    batch[i].ring.load(state.fans, v);
+    if (first_round) {
+      batch[i].ring.load(state.fans, v, roots[i].walk);
+    } else {
+      batch[i].ring.load(state.fans, v);
+    }
     batch[i].split.root = v;
     batch[i].last_of_patch = --roots[i].splits == 0;
   }
@@ -146,11 +148,11 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
     }
     const std::uint32_t index = vertices.count();
     const VertexId added = vertices.first_new + vertices.made++;
-    const VertexContext before = state.vertices[v].context;
+    const SplitUndo undo{v, state.fans.corner(v), state.vertices[v].context, s.split.parent};
     const LinkedFans::Arc arc{s.ring.corner_before(s.split.first), s.ring.corner(s.split.first),
                               s.ring.corner_before(s.split.last), s.ring.corner(s.split.last)};
     apply_split(state, {vertices.cell, index}, generation, s.split, arc, places, added);
-    source.made(s.split, before, added);
+    source.made(undo, added);
   }
   return {};
 }
@@ -159,8 +161,7 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 
 // Source is what knows the splits: for an encoder the builder's history, for a decoder DecodedSplits. It has
 //   std::uint32_t split_count(VertexId) and FanSplit split(const RingGeometry&, VertexId root)
-// and is told made(const FanSplit&, VertexContext before, VertexId added) of each split, with its canonical ring positions
-// and the root's context before it. Splits come in rounds: the first of every root, then the second of those
+// and is told made(const SplitUndo&, VertexId added) of each split. Splits come in rounds: the first of every root, then the second of those
 // that have two, and so on; a root's next one is asked for after the one before was made.
 // `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid or outnumber the cell table's.
 template <class Coder, class Source>
@@ -172,11 +173,11 @@ Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint3
   if (repeated || splits > vertices.most_new - vertices.made) {
     return detail::too_many_splits(vertices.cell);
   }
-  while (!roots.empty()) {
+  for (std::uint32_t round = 0; !roots.empty(); ++round) {
     for (std::size_t begin = 0; begin < roots.size(); begin += CellCoding::kBatch) {
       const std::size_t size = std::min(CellCoding::kBatch, roots.size() - begin);
       const std::span<CellCoding::Root> some = std::span(roots).subspan(begin, size);
-      if (Result<void> coded = detail::code_batch(state, vertices, generation, some, coder, source, coding); !coded) return coded;
+      if (Result<void> coded = detail::code_batch(state, vertices, generation, some, round == 0, coder, source, coding); !coded) return coded;
     }
     std::erase_if(roots, [](const CellCoding::Root& r) { return r.splits == 0; });
   }
@@ -189,9 +190,7 @@ struct DecodedSplits {
 
   std::uint32_t split_count(VertexId /*v*/) const { return 0; }
   FanSplit split(const RingGeometry& /*ring*/, VertexId /*root*/) const { return {0, 0, 1, ParentPosition::kept, {}}; }
-  void made(const FanSplit& split, VertexContext before, VertexId /*added*/) const {
-    undo.push_back({split.root, before, split.parent});
-  }
+  void made(const SplitUndo& made, VertexId /*added*/) const { undo.push_back(made); }
 };
 
 }  // namespace fanstream

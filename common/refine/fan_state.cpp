@@ -58,7 +58,7 @@ void apply_split(FanState& state, FanState::CellPlace place, std::uint32_t gener
 void undo_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const SplitUndo& undo, VertexId added) {
   GridPoint& place = state.vertices[undo.root].place;
   place = place_after_merge(place, state.vertices[added].place, undo.parent, generation);
-  const RingMesh::Wings wings = state.fans.merge(undo.root, added);
+  const RingMesh::Wings wings = state.fans.merge(undo.root, added, undo.root_corner);
   count_wing(state, cell, wings.first, -1);
   count_wing(state, cell, wings.last, -1);
   state.vertices[undo.root].context = undo.root_context;

@@ -36,6 +36,7 @@ void apply_split(FanState& state, FanState::CellPlace place, std::uint32_t gener
 // What the exact inverse of a split needs to know beyond the mesh.
 struct SplitUndo {
   VertexId root = 0;
+  LinkedFans::CornerId root_corner = 0;  // where its fan started
   VertexContext root_context;
   ParentPosition parent = ParentPosition::kept;
 };

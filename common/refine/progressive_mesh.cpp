@@ -49,15 +49,17 @@ std::uint32_t ProgressiveMesh::layer_of(std::uint32_t generation) const {
   return static_cast<std::uint32_t>(std::lower_bound(ends.begin(), ends.end(), generation) - ends.begin());
 }
 
-// A cell that has started waits under its next generation as soon as it holds the segment.
-void ProgressiveMesh::enqueue(std::uint32_t cell_number) {
+bool ProgressiveMesh::next_segment_held(std::uint32_t cell_number) const {
   const Cell& cell = cells_[cell_number];
   const CellEntry& entry = index_->cells[cell_number];
-  if (!cell.started || cell.done == slab_end(entry.slab)) return;
+  if (!cell.started || cell.done == slab_end(entry.slab)) return false;
   const std::uint32_t segment = layer_of(cell.done + 1) - head_->layer_begin(entry.slab);
-  if (cell.held[segment] || index_->segments[entry.first_segment + segment].size_bytes == 0) {
-    waiting_[cell.done + 1].push_back(cell_number);
-  }
+  return cell.held[segment] || index_->segments[entry.first_segment + segment].size_bytes == 0;
+}
+
+// A cell waits under its next generation as soon as it holds the segment.
+void ProgressiveMesh::enqueue(std::uint32_t cell_number) {
+  if (next_segment_held(cell_number)) waiting_[cells_[cell_number].done + 1].push_back(cell_number);
 }
 
 bool ProgressiveMesh::holds(std::uint32_t cell, std::uint32_t segment) const { return cells_[cell].held[segment]; }
@@ -97,18 +99,18 @@ void ProgressiveMesh::find_neighbours(Cell& cell, std::uint32_t cell_number) {
   cell.neighbours_known = true;
 }
 
-// Every cell beside this one has all coarser generations. Cells beside a cell stay the same while it is refined, except that a
-// complete one of a coarser slab gives way to its children.
-bool ProgressiveMesh::surroundings_ready(Cell& cell, std::uint32_t cell_number) {
+// Every cell beside this one has all coarser generations; if not, `lagging` is one that has not. Cells beside a cell stay the
+// same while it is refined, except that a complete one of a coarser slab gives way to its children.
+bool ProgressiveMesh::surroundings_ready(Cell& cell, std::uint32_t cell_number, std::uint32_t& lagging) {
   const std::uint32_t slab = index_->cells[cell_number].slab;
   if (!cell.neighbours_known) find_neighbours(cell, cell_number);
   for (bool looked_again = false;;) {
     bool stale = false;
     for (const std::uint32_t n : cell.neighbours) {
-      if (cells_[n].done < cell.done) {
-        if (index_->cells[n].slab >= slab || cells_[n].done < slab_end(index_->cells[n].slab)) return false;
-        stale = true;
-      }
+      if (cells_[n].done >= cell.done) continue;
+      lagging = n;
+      if (index_->cells[n].slab >= slab || cells_[n].done < slab_end(index_->cells[n].slab)) return false;
+      stale = true;
     }
     if (!stale) return true;
     if (looked_again) return false;
@@ -173,27 +175,79 @@ void ProgressiveMesh::complete_cell(Cell& cell, const CellEntry& entry) {
   if (entry.child_count > 0) start_cells(vertices_of(cell), entry.first_child, entry.child_count, entry.slab + 1);
 }
 
-Result<std::uint64_t> ProgressiveMesh::refine(std::uint32_t vertex_limit) {
-  const std::uint64_t before = applied_;
-  for (bool changed = true; changed && !failed_;) {
+// Generation by generation over all cells, so that the mesh is equally fine everywhere when it has to stop.
+Result<void> ProgressiveMesh::refine_evenly(std::uint32_t vertex_limit) {
+  for (bool changed = true; changed;) {
     changed = false;
     for (std::size_t generation = 1; generation < waiting_.size(); ++generation) {
       std::vector<std::uint32_t> cells;
       cells.swap(waiting_[generation]);
-      for (std::size_t i = 0; i < cells.size(); ++i) {
-        if (vertex_count_ >= vertex_limit || !surroundings_ready(cells_[cells[i]], cells[i])) {
-          waiting_[generation].push_back(cells[i]);
+      for (const std::uint32_t c : cells) {
+        std::uint32_t lagging = 0;
+        if (vertex_count_ >= vertex_limit || !surroundings_ready(cells_[c], c, lagging)) {
+          waiting_[generation].push_back(c);
           continue;
         }
-        if (Result<void> applied = apply_generation(cells[i]); !applied) {
-          failed_ = true;
-          return tl::unexpected(applied.error());
-        }
+        if (Result<void> applied = apply_generation(c); !applied) return applied;
         changed = true;
       }
     }
   }
+  return {};
+}
+
+std::vector<std::uint32_t> ProgressiveMesh::take_waiting() {
+  std::vector<std::uint32_t> cells;
+  for (auto& list : waiting_) {
+    cells.insert(cells.end(), list.begin(), list.end());
+    list.clear();
+  }
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  return cells;
+}
+
+// Cell by cell, each as far as it goes, then its children: while a piece of the surface is refined, it stays in the cache.
+Result<void> ProgressiveMesh::refine_in_depth() {
+  std::vector<std::uint32_t> stack = take_waiting();
+  std::reverse(stack.begin(), stack.end());
+  while (!stack.empty()) {
+    const std::uint32_t c = stack.back();
+    stack.pop_back();
+    const CellEntry& entry = index_->cells[c];
+    if (Result<void> advanced = advance(c, slab_end(entry.slab)); !advanced) return advanced;
+    if (cells_[c].done != slab_end(entry.slab)) continue;
+    for (std::uint32_t i = entry.child_count; i-- > 0;) stack.push_back(entry.first_child + i);
+  }
+  for (const std::uint32_t c : take_waiting()) enqueue(c);
+  return {};
+}
+
+// Takes a cell to a generation, or as far as held segments allow, and the cells beside it as far as that needs: they lag behind by
+// a generation at least, so this is recursive at most as often as there are generations.
+Result<void> ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generation) {
+  Cell& cell = cells_[cell_number];
+  while (cell.started && cell.done < generation && next_segment_held(cell_number)) {
+    std::uint32_t lagging = 0;
+    if (surroundings_ready(cell, cell_number, lagging)) {
+      if (Result<void> applied = apply_generation(cell_number); !applied) return applied;
+      continue;
+    }
+    const std::uint32_t before = cells_[lagging].done;
+    if (Result<void> advanced = advance(lagging, cell.done); !advanced) return advanced;
+    if (cells_[lagging].done == before) break;
+  }
+  return {};
+}
+
+Result<std::uint64_t> ProgressiveMesh::refine(std::uint32_t vertex_limit) {
   if (failed_) return fail(ErrorKind::bad_input, "refinement stopped at an earlier error");
+  const std::uint64_t before = applied_;
+  const bool everything = vertex_limit >= head_->vertex_count;
+  if (Result<void> refined = everything ? refine_in_depth() : refine_evenly(vertex_limit); !refined) {
+    failed_ = true;
+    return tl::unexpected(refined.error());
+  }
   return applied_ - before;
 }
 

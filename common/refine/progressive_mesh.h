@@ -27,9 +27,9 @@ class ProgressiveMesh {
   // checksum differ from the cell table's. Nothing is decoded yet.
   Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
 
-  // Decodes and applies all that can be, generation by generation, coarse to fine, until the mesh has `vertex_limit` vertices or
-  // one cell's share of a generation more; a later call goes on from there. Returns how many splits were applied. After an
-  // error the mesh stays drawable, but no more is refined.
+  // Decodes and applies all that can be. Where that would make more than `vertex_limit` vertices, it goes generation by
+  // generation, coarse to fine, and stops at that number or one cell's share of a generation more; a later call goes on from
+  // there. Returns how many splits were applied. After an error the mesh stays drawable, but no more is refined.
   Result<std::uint64_t> refine(std::uint32_t vertex_limit = kMostVertices);
 
   // Undoes every generation finer than `generation` (0 is FM0), keeping the segments: refine() restores them exactly.
@@ -68,7 +68,12 @@ class ProgressiveMesh {
   std::uint32_t slab_end(std::uint32_t slab) const { return head_->layer_ends[head_->slab_ends[slab] - 1]; }
   std::uint32_t layer_of(std::uint32_t generation) const;
   void enqueue(std::uint32_t cell);
-  bool surroundings_ready(Cell& cell, std::uint32_t cell_number);
+  bool next_segment_held(std::uint32_t cell) const;
+  std::vector<std::uint32_t> take_waiting();
+  Result<void> refine_evenly(std::uint32_t vertex_limit);
+  Result<void> refine_in_depth();
+  Result<void> advance(std::uint32_t cell, std::uint32_t generation);
+  bool surroundings_ready(Cell& cell, std::uint32_t cell_number, std::uint32_t& lagging);
   void find_neighbours(Cell& cell, std::uint32_t cell_number);
   Result<void> apply_generation(std::uint32_t cell_number);
   Result<void> decode_generation(Cell& cell, const CellEntry& entry, std::uint32_t generation);

@@ -58,7 +58,7 @@ class CellGrower {
       hook(ring, split, source.merge_of(root));
       return split;
     }
-    void made(const FanSplit& split, VertexContext before, VertexId added) { source.made(split, before, added); }
+    void made(const SplitUndo& split, VertexId added) { source.made(split, added); }
   };
 
   void start_slab(std::uint32_t slab) {

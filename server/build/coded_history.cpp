@@ -80,7 +80,7 @@ FanSplit HistorySource::split(const RingGeometry& ring, VertexId root) const {
   return {root, position(merge.first), position(merge.last), merge.parent, coded_.displacements[m]};
 }
 
-void HistorySource::made(const FanSplit& split, VertexContext /*before*/, VertexId added) {
+void HistorySource::made(const SplitUndo& split, VertexId added) {
   const VertexId root = original_[split.root];
   const std::uint32_t m = latest_[root];
   original_[added] = coded_.history.merges[m].removed;

@@ -31,7 +31,7 @@ class HistorySource {
   void begin_generation(std::uint32_t generation);
   std::uint32_t split_count(VertexId v) const { return counts_[original_[v]]; }
   FanSplit split(const RingGeometry& ring, VertexId root) const;
-  void made(const FanSplit& split, VertexContext before, VertexId added);
+  void made(const SplitUndo& split, VertexId added);
 
   VertexId original(VertexId v) const { return original_[v]; }
   const MergeRecord& merge_of(VertexId root) const;  // the next one of this root

@@ -36,7 +36,7 @@ struct WatchedSplits {
     observer.before_split(cell, generation, root, ring);
     return {0, 0, 1, ParentPosition::kept, {}};
   }
-  void made(const FanSplit& split, VertexContext /*before*/, VertexId added) const {
+  void made(const SplitUndo& split, VertexId added) const {
     observer.after_split(cell, generation, split.root, added);
   }
 };
