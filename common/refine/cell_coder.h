@@ -46,7 +46,8 @@ struct CellCoding {
   const PositionGrid& grid;
   AxisUnits units;
   std::array<SplitInProgress, kBatch> batch;
-  std::vector<Root> roots;  // of a generation of a cell, with the splits they still have
+  std::vector<Root> roots;  // of a generation of a cell, with the splits they still have: the first root_count
+  std::size_t root_count = 0;
   std::vector<std::uint8_t> closed;  // by index in the cell: no root in this generation
 
   CellCoding(const SplitModel& split_model, const PositionGrid& position_grid)
@@ -78,25 +79,28 @@ inline void close_neighbours(const FanState& state, std::uint32_t cell, VertexId
 }
 
 // How often each vertex of the cell is split, by groups of kRootGroup vertices that are not closed; fills coding.roots and
-// returns the sum. What a root closes is known from the next group on, so that within one a decoder waits for symbols only.
+// returns the sum. What a root closes is known from the next group but one on: a decoder then waits for nothing but symbols.
 template <class Coder, class Source>
 std::uint64_t code_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation, Coder& original,
                          const Source& source, CellCoding& coding) {
   FastCoder<Coder> fast(original);
   const std::uint32_t count = vertices.count();
   coding.closed.assign(count, 0);
-  coding.roots.resize(CellCoding::kRootGroup);
-  std::uint64_t sum = 0;
-  std::size_t roots = 0;
-  for (std::uint32_t at = 0; at < count;) {
-    std::array<std::uint32_t, CellCoding::kRootGroup + 1> group;
+  std::array<std::uint32_t, CellCoding::kRootGroup + 1> group;
+  std::uint32_t at = 0;
+  const auto next_group = [&] {
     std::size_t size = 0;
     for (; size < CellCoding::kRootGroup && at < count; ++at) {
       group[size] = at;
       size += coding.closed[at] == 0 ? 1 : 0;
     }
+    return size;
+  };
+  std::uint64_t sum = 0;
+  std::size_t roots = 0;
+  for (std::size_t size = next_group(); size != 0;) {
+    if (coding.roots.size() < roots + CellCoding::kRootGroup) coding.roots.resize(2 * roots + CellCoding::kRootGroup);
     const std::size_t before = roots;
-    if (coding.roots.size() < roots + CellCoding::kRootGroup) coding.roots.resize(2 * coding.roots.size());
     for (std::size_t i = 0; i < size; ++i) {
       const VertexId v = vertices.at(group[i]);
       const VertexContext context = state.vertices[v].context;
@@ -108,12 +112,13 @@ std::uint64_t code_roots(const FanState& state, const CellVertices& vertices, st
       roots += splits != 0 ? 1 : 0;
       sum += splits;
     }
+    size = next_group();
     for (std::size_t i = before; i < roots; ++i) coding.roots[i].walk.go_around(state.fans, coding.roots[i].vertex);
     for (std::size_t i = before; i < roots; ++i) {
       close_neighbours(state, vertices.cell, coding.roots[i].vertex, coding.roots[i].walk, coding.closed);
     }
   }
-  coding.roots.resize(roots);
+  coding.root_count = roots;
   return sum;
 }
 
@@ -168,7 +173,7 @@ template <class Coder, class Source>
 Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint32_t generation, Coder& coder,
                              Source& source, CellCoding& coding) {
   const std::uint64_t splits = detail::code_roots(state, vertices, generation, coder, source, coding);
-  std::vector<CellCoding::Root>& roots = coding.roots;
+  std::span<CellCoding::Root> roots = std::span(coding.roots).first(coding.root_count);
   const bool repeated = std::any_of(roots.begin(), roots.end(), [](const auto& r) { return r.splits > kMostSplitsPerVertex; });
   if (repeated || splits > vertices.most_new - vertices.made) {
     return detail::too_many_splits(vertices.cell);
@@ -176,10 +181,16 @@ Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint3
   for (std::uint32_t round = 0; !roots.empty(); ++round) {
     for (std::size_t begin = 0; begin < roots.size(); begin += CellCoding::kBatch) {
       const std::size_t size = std::min(CellCoding::kBatch, roots.size() - begin);
-      const std::span<CellCoding::Root> some = std::span(roots).subspan(begin, size);
+      const std::span<CellCoding::Root> some = roots.subspan(begin, size);
       if (Result<void> coded = detail::code_batch(state, vertices, generation, some, round == 0, coder, source, coding); !coded) return coded;
     }
-    std::erase_if(roots, [](const CellCoding::Root& r) { return r.splits == 0; });
+    std::size_t left = 0;  // the walks are of no more use
+    for (const CellCoding::Root& r : roots) {
+      roots[left].vertex = r.vertex;
+      roots[left].splits = r.splits;
+      left += r.splits != 0 ? 1 : 0;
+    }
+    roots = roots.first(left);
   }
   return {};
 }

@@ -89,9 +89,13 @@ Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32
 
 void ProgressiveMesh::find_neighbours(Cell& cell, std::uint32_t cell_number) {
   cell.neighbours.clear();
+  std::uint32_t latest = cell_number;
   for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) {
     state_.fans.for_each_neighbour(cell.vertices.at(i), [&](VertexId w) {
-      if (state_.cells[w].cell != cell_number) cell.neighbours.push_back(state_.cells[w].cell);
+      const std::uint32_t other = state_.cells[w].cell;
+      if (other == cell_number || other == latest) return;  // neighbours come in runs
+      cell.neighbours.push_back(other);
+      latest = other;
     });
   }
   std::sort(cell.neighbours.begin(), cell.neighbours.end());
