@@ -36,7 +36,7 @@ struct CellVertices {
 struct CellCoding {
   // Both are part of the format: splits, and vertices that may be split, that are coded side by side at most.
   static constexpr std::size_t kBatch = 16;
-  static constexpr std::size_t kRootGroup = 8;
+  static constexpr std::size_t kRootGroup = 4;
   struct Root {
     VertexId vertex = 0;
     std::uint32_t splits = 0;
