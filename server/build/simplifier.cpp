@@ -9,6 +9,7 @@
 #include "server/build/merge_deviation.h"
 #include "server/build/merge_queue.h"
 #include "server/build/merged_ring.h"
+#include "server/build/prefetch.h"
 
 namespace fanstream {
 namespace {
@@ -82,9 +83,35 @@ class Simplifier {
     limit_ = queue_.begin_generation(wanted, [this](const MergeCandidate& edge) { return is_stale(edge); });
     MergeCandidate best;
     while (alive_ > options_.base_vertices && queue_.take_cheapest(best)) {
-      if (!is_stale(best) && patches_allow(best.a, best.b)) try_merge(best, history);
+      look_ahead();
+      if (is_open(best)) try_merge(best, history);
     }
   }
+
+  // Fetches what the next candidates will need, the farthest first their marks, then their rings, then their neighbours' places.
+  void look_ahead() const {
+    if (const MergeCandidate* edge = queue_.ahead(24)) {
+      prefetch(&marks_[edge->a]);
+      prefetch(&marks_[edge->b]);
+    }
+    const MergeCandidate* soon = queue_.ahead(12);
+    if (soon != nullptr && is_open(*soon)) {
+      prefetch(rings_.ring(soon->a).data());
+      prefetch(rings_.ring(soon->b).data());
+    }
+    const MergeCandidate* next = queue_.ahead(4);
+    if (next != nullptr && is_open(*next)) fetch_neighbours(*next);
+  }
+
+  void fetch_neighbours(const MergeCandidate& edge) const {
+    for (const VertexId end : {edge.a, edge.b}) {
+      for (const VertexId w : rings_.ring(end)) {
+        if (w != kOutside) prefetch(&places_[w]);
+      }
+    }
+  }
+
+  bool is_open(const MergeCandidate& edge) const { return !is_stale(edge) && patches_allow(edge.a, edge.b); }
 
   bool is_root(VertexId v) const { return marks_[v].near == v; }
 
@@ -161,8 +188,16 @@ class Simplifier {
       if (!shape_allows(merge)) return;
       if (!everything_ && put_back(best, merge)) return;
     }
+    fetch_surroundings();
     record(merge, best.cost, history);
     apply(merge);
+  }
+
+  void fetch_surroundings() const {
+    cost_->fetch(ring_.ids());
+    for (const VertexId w : ring_.ids()) {
+      if (w != kOutside) prefetch(rings_.ring(w).data());
+    }
   }
 
   bool is_short(VertexId wing) const { return wing != kOutside && rings_.ring_size(wing) <= 3; }
@@ -198,7 +233,7 @@ class Simplifier {
       if (w == kOutside) continue;
       const MergeCandidate next = judge(std::min(root, w), std::max(root, w));
       queue_.add(next);
-      if (next.cost <= limit_) queue_.push(next);
+      if (next.cost <= limit_ && marks_[w].near == root) queue_.push(next);
     }
   }
 
