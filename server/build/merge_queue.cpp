@@ -4,15 +4,13 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <utility>
 
 namespace fanstream {
 namespace {
 
 struct IsCheaper {
   bool operator()(const MergeCandidate& x, const MergeCandidate& y) const { return is_cheaper(x, y); }
-};
-struct IsDearer {
-  bool operator()(const MergeCandidate& x, const MergeCandidate& y) const { return is_cheaper(y, x); }
 };
 
 struct CostKey {
@@ -59,7 +57,7 @@ void sort_candidates(std::vector<MergeCandidate>& edges) {
 
 }  // namespace
 
-double MergeQueue::open(std::size_t wanted) {
+void MergeQueue::open(std::size_t wanted) {
   sort_candidates(judged_);
   if (edges_.empty()) {
     edges_.swap(judged_);
@@ -73,28 +71,35 @@ double MergeQueue::open(std::size_t wanted) {
     }
   }
   judged_.clear();
+  put_back_.clear();
+  groups_.clear();
   heap_.clear();
+  taken_.group = kNoGroup;
   next_ = 0;
   end_ = std::min(wanted, edges_.size());
-  return end_ < edges_.size() ? edges_[end_].cost : std::numeric_limits<double>::infinity();
+  limit_ = end_ < edges_.size() ? edges_[end_].cost : std::numeric_limits<double>::infinity();
 }
 
-void MergeQueue::push(const MergeCandidate& candidate) {
-  heap_.push_back(candidate);
-  std::push_heap(heap_.begin(), heap_.end(), IsDearer{});
+void MergeQueue::put_back(const MergeCandidate& candidate) {
+  if (candidate.cost > limit_) return;
+  put_back_.push_back(candidate);
+  push({candidate.cost, static_cast<std::uint32_t>(put_back_.size() - 1), kNoGroup});
 }
 
-bool MergeQueue::take_cheapest(MergeCandidate& best) {
-  const bool sorted_left = next_ < end_;
-  if (heap_.empty() && !sorted_left) return false;
-  if (heap_.empty() || (sorted_left && is_cheaper(edges_[next_], heap_.front()))) {
-    best = edges_[next_++];
-    return true;
-  }
-  std::pop_heap(heap_.begin(), heap_.end(), IsDearer{});
-  best = heap_.back();
+void MergeQueue::push(const Entry& entry) {
+  heap_.push_back(entry);
+  std::push_heap(heap_.begin(), heap_.end(), [this](const Entry& x, const Entry& y) {
+    return x.cost != y.cost ? x.cost > y.cost : is_cheaper(candidate_of(y), candidate_of(x));
+  });
+}
+
+void MergeQueue::pop(MergeCandidate& best) {
+  std::pop_heap(heap_.begin(), heap_.end(), [this](const Entry& x, const Entry& y) {
+    return x.cost != y.cost ? x.cost > y.cost : is_cheaper(candidate_of(y), candidate_of(x));
+  });
+  taken_ = heap_.back();
+  best = candidate_of(taken_);
   heap_.pop_back();
-  return true;
 }
 
 }  // namespace fanstream

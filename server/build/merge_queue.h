@@ -1,6 +1,7 @@
 // The edges of a mesh in the order in which a generation of merges tries them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -23,51 +24,133 @@ inline bool is_cheaper(const MergeCandidate& x, const MergeCandidate& y) {
   return x.a != y.a ? x.a < y.a : x.b < y.b;
 }
 
-// All edges, sorted from generation to generation, and a heap of those that come up within one. Not thread safe.
+// All edges, sorted from generation to generation, and a heap of what comes up within one: of the edges around a root only
+// the cheapest is in the heap. Mesh is what knows the state of things:
+//   bool is_stale(const MergeCandidate&)           an end has changed since it was judged
+//   bool is_open(const MergeCandidate&)            it is not stale and may be merged; not so again, once it is not
+//   bool is_unchanged(VertexId, std::uint32_t)     since it had changed so many times
+//   void fetch(const MergeCandidate&, int steps)   it may be asked about, so many steps from now
+// Not thread safe.
 class MergeQueue {
  public:
-  // An edge as it has been judged; seen from the next generation on.
+  // Another edge, for the generations to come.
   void add(const MergeCandidate& edge) { judged_.push_back(edge); }
 
-  // Drops the edges for which is_stale(edge), sorts in those added, and opens the cheapest `wanted` edges. Returns the
-  // cost from which on edges are left out, infinite if none is.
-  template <class IsStale>
-  double begin_generation(std::size_t wanted, IsStale&& is_stale) {
-    drop_stale(edges_, is_stale);
-    drop_stale(judged_, is_stale);
-    return open(wanted);
+  // Drops stale edges, sorts in those added, and opens the cheapest `wanted` edges.
+  template <class Mesh>
+  void begin_generation(std::size_t wanted, const Mesh& mesh) {
+    drop_stale(edges_, mesh);
+    drop_stale(judged_, mesh);
+    open(wanted);
   }
 
-  // Takes part in this generation only.
-  void push(const MergeCandidate& candidate);
-  // The cheapest candidate left; false if there is none.
-  bool take_cheapest(MergeCandidate& best);
+  // The cost from which on edges are left out of this generation; infinite if none is.
+  double limit() const { return limit_; }
 
-  // The edge that comes `distance` after the next one unless others are pushed before it, or nullptr.
-  const MergeCandidate* ahead(std::size_t distance) const {
-    return next_ + distance < end_ ? &edges_[next_ + distance] : nullptr;
+  // Opens the edges that have been added last, `count` of them: those around `root`, after it had changed so many times.
+  template <class Mesh>
+  void open_around(VertexId root, std::uint32_t changes, std::size_t count, const Mesh& mesh) {
+    groups_.push_back({root, changes, static_cast<std::uint32_t>(judged_.size() - count),
+                       static_cast<std::uint32_t>(judged_.size())});
+    push_next(static_cast<std::uint32_t>(groups_.size() - 1), nullptr, mesh);
   }
-  const MergeCandidate* cheapest_pushed() const { return heap_.empty() ? nullptr : &heap_.front(); }
+
+  // Brings a candidate back into this generation at another cost, if that is within the limit.
+  void put_back(const MergeCandidate& candidate);
+
+  // The cheapest open candidate; false if there is none.
+  template <class Mesh>
+  bool take_cheapest(MergeCandidate& best, const Mesh& mesh) {
+    for (;;) {
+      advance_group(mesh);
+      while (next_ < end_ && !mesh.is_open(edges_[next_])) step(mesh);
+      if (next_ < end_ && (heap_.empty() || is_cheaper(edges_[next_], candidate_of(heap_.front())))) {
+        best = edges_[next_];
+        step(mesh);
+        return true;
+      }
+      if (heap_.empty()) return false;
+      pop(best);
+      if (!heap_.empty()) mesh.fetch(candidate_of(heap_.front()), 1);
+      if (mesh.is_open(best)) return true;
+    }
+  }
 
  private:
+  static constexpr std::uint32_t kNoGroup = 0xFFFFFFFFU;
+  // How far ahead the memory behind edges is fetched, in three stages.
+  static constexpr std::size_t kAhead[] = {24, 12, 4};
+
+  struct Group {  // the edges around a root, judged at the same time: judged_[begin, end)
+    VertexId root;
+    std::uint32_t changes;
+    std::uint32_t begin;
+    std::uint32_t end;
+  };
+  struct Entry {
+    double cost;
+    std::uint32_t index;  // into judged_, or into put_back_
+    std::uint32_t group;  // or kNoGroup
+  };
+
   // Without a branch on what is stale, which no processor could foresee.
-  template <class IsStale>
-  static void drop_stale(std::vector<MergeCandidate>& edges, IsStale&& is_stale) {
+  template <class Mesh>
+  static void drop_stale(std::vector<MergeCandidate>& edges, const Mesh& mesh) {
     std::size_t kept = 0;
     for (const MergeCandidate& edge : edges) {
       const MergeCandidate copy = edge;
       edges[kept] = copy;
-      kept += is_stale(copy) ? 0 : 1;
+      kept += mesh.is_stale(copy) ? 0 : 1;
     }
     edges.resize(kept);
   }
-  double open(std::size_t wanted);
+
+  template <class Mesh>
+  void step(const Mesh& mesh) {
+    ++next_;
+    for (int steps = 0; steps < 3; ++steps) {
+      if (next_ + kAhead[steps] < end_) mesh.fetch(edges_[next_ + kAhead[steps]], 3 - steps);
+    }
+  }
+
+  // What was taken last has either been merged, which replaces its group, or the next of that group has its turn.
+  template <class Mesh>
+  void advance_group(const Mesh& mesh) {
+    if (taken_.group == kNoGroup) return;
+    const Group& group = groups_[taken_.group];
+    if (mesh.is_unchanged(group.root, group.changes)) push_next(taken_.group, &judged_[taken_.index], mesh);
+    taken_.group = kNoGroup;
+  }
+
+  // The cheapest open edge of the group that comes after `last`.
+  template <class Mesh>
+  void push_next(std::uint32_t group, const MergeCandidate* last, const Mesh& mesh) {
+    const MergeCandidate* best = nullptr;
+    for (std::uint32_t i = groups_[group].begin; i < groups_[group].end; ++i) {
+      const MergeCandidate& edge = judged_[i];
+      if (edge.cost > limit_ || (best != nullptr && is_cheaper(*best, edge))) continue;
+      if (last != nullptr && !is_cheaper(*last, edge)) continue;
+      if (mesh.is_open(edge)) best = &edge;
+    }
+    if (best != nullptr) push({best->cost, static_cast<std::uint32_t>(best - judged_.data()), group});
+  }
+
+  const MergeCandidate& candidate_of(const Entry& entry) const {
+    return entry.group == kNoGroup ? put_back_[entry.index] : judged_[entry.index];
+  }
+  void open(std::size_t wanted);
+  void push(const Entry& entry);
+  void pop(MergeCandidate& best);
 
   std::vector<MergeCandidate> edges_;   // sorted
   std::vector<MergeCandidate> judged_;  // since the generation began
-  std::vector<MergeCandidate> heap_;
+  std::vector<MergeCandidate> put_back_;
+  std::vector<Group> groups_;
+  std::vector<Entry> heap_;
+  Entry taken_{0.0, 0, kNoGroup};
   std::size_t next_ = 0;  // into edges_
   std::size_t end_ = 0;
+  double limit_ = 0.0;
 };
 
 }  // namespace fanstream

@@ -51,6 +51,28 @@ class Simplifier {
     return history;
   }
 
+  // MergeQueue's view of the mesh.
+  bool is_stale(const MergeCandidate& edge) const {
+    return edge.stamp != marks_[edge.a].changes + marks_[edge.b].changes;
+  }
+  bool is_open(const MergeCandidate& edge) const { return !is_stale(edge) && patches_allow(edge.a, edge.b); }
+  bool is_unchanged(VertexId v, std::uint32_t changes) const { return marks_[v].changes == changes; }
+  // First the marks, then the rings, then the neighbours' places: each tells where the next are.
+  void fetch(const MergeCandidate& edge, int steps) const {
+    if (steps == 3) {
+      prefetch(&marks_[edge.a]);
+      prefetch(&marks_[edge.b]);
+    } else if (is_open(edge)) {
+      for (const VertexId end : {edge.a, edge.b}) {
+        prefetch(rings_.ring(end).data());
+        for (std::size_t i = 0; steps == 1 && i < rings_.ring_size(end); ++i) {
+          const VertexId w = rings_.ring(end)[i];
+          if (w != kOutside) prefetch(&places_[w]);
+        }
+      }
+    }
+  }
+
  private:
   static constexpr VertexId kNoRoot = kOutside;
   static constexpr VertexId kSeveralRoots = kOutside - 1;
@@ -72,46 +94,14 @@ class Simplifier {
     return {proposal.cost, a, b, marks_[a].changes + marks_[b].changes, proposal.parent, false};
   }
 
-  bool is_stale(const MergeCandidate& edge) const {
-    return edge.stamp != marks_[edge.a].changes + marks_[edge.b].changes;
-  }
-
   void run_generation(MergeHistory& history) {
     for (Marks& marks : marks_) marks.near = kNoRoot;
     const std::size_t wanted = everything_ ? std::numeric_limits<std::size_t>::max()
                                            : static_cast<std::size_t>(options_.edges_per_vertex * alive_);
-    limit_ = queue_.begin_generation(wanted, [this](const MergeCandidate& edge) { return is_stale(edge); });
+    queue_.begin_generation(wanted, *this);
     MergeCandidate best;
-    while (alive_ > options_.base_vertices && queue_.take_cheapest(best)) {
-      look_ahead();
-      if (is_open(best)) try_merge(best, history);
-    }
+    while (alive_ > options_.base_vertices && queue_.take_cheapest(best, *this)) try_merge(best, history);
   }
-
-  // Fetches what the next candidates will need, the farthest first their marks, then their rings, then their neighbours' places.
-  void look_ahead() const {
-    if (const MergeCandidate* edge = queue_.ahead(24)) {
-      prefetch(&marks_[edge->a]);
-      prefetch(&marks_[edge->b]);
-    }
-    const MergeCandidate* soon = queue_.ahead(12);
-    if (soon != nullptr && is_open(*soon)) {
-      prefetch(rings_.ring(soon->a).data());
-      prefetch(rings_.ring(soon->b).data());
-    }
-    const MergeCandidate* next = queue_.ahead(4);
-    if (next != nullptr && is_open(*next)) fetch_neighbours(*next);
-  }
-
-  void fetch_neighbours(const MergeCandidate& edge) const {
-    for (const VertexId end : {edge.a, edge.b}) {
-      for (const VertexId w : rings_.ring(end)) {
-        if (w != kOutside) prefetch(&places_[w]);
-      }
-    }
-  }
-
-  bool is_open(const MergeCandidate& edge) const { return !is_stale(edge) && patches_allow(edge.a, edge.b); }
 
   bool is_root(VertexId v) const { return marks_[v].near == v; }
 
@@ -173,7 +163,7 @@ class Simplifier {
     again.cost *= coding_penalty(merge);
     again.weighed = true;
     if (again.cost <= edge.cost) return false;
-    if (again.cost <= limit_) queue_.push(again);
+    queue_.put_back(again);
     return true;
   }
 
@@ -229,12 +219,13 @@ class Simplifier {
     marks_[removed].changes += kGone;
     mark_patch(root);
     --alive_;
+    std::size_t judged = 0;
     for (const VertexId w : rings_.ring(root)) {
       if (w == kOutside) continue;
-      const MergeCandidate next = judge(std::min(root, w), std::max(root, w));
-      queue_.add(next);
-      if (next.cost <= limit_ && marks_[w].near == root) queue_.push(next);
+      queue_.add(judge(std::min(root, w), std::max(root, w)));
+      ++judged;
     }
+    queue_.open_around(root, marks_[root].changes, judged, *this);
   }
 
   // The largest deviation of a face around either centre: each face has that of its worst corner.
@@ -261,7 +252,6 @@ class Simplifier {
   std::vector<float> deviations_;           // by vertex: how far the faces around it may be off
   std::vector<std::uint8_t> halvings_;      // by vertex: MergeHistory::middle_depth
   MergeQueue queue_;
-  double limit_ = 0.0;       // of the costs of this generation
   bool everything_ = false;  // the last resort: no limit on cost, faces may turn up to a right angle
   MergedRing ring_;          // of the merge at hand
   MergeDeviation deviation_;
