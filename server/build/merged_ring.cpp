@@ -4,7 +4,7 @@
 
 namespace fanstream {
 
-void MergedRing::assign(const RingMesh& rings, std::span<const glm::dvec3> places, VertexId root, VertexId removed) {
+void MergedRing::assign(const RingMesh& rings, VertexId root, VertexId removed) {
   const auto root_ring = rings.ring(root);
   const auto removed_ring = rings.ring(removed);
   arc_ = removed_ring.size() - 2;
@@ -19,6 +19,25 @@ void MergedRing::assign(const RingMesh& rings, std::span<const glm::dvec3> place
   add_after(removed_ring, rings.position_in_ring(removed, root), removed_ring.size() - 1);
   const std::uint32_t last_wing = rings.position_in_ring(root, ids_[arc_]);
   add_after(root_ring, last_wing, root_ring.size() - 3);
+}
+
+bool MergedRing::is_mergeable(const RingMesh& rings) const {
+  if (size() < 3) return false;
+  const VertexId wings[] = {ids_[0], ids_[arc_]};
+  if (wings[0] == kOutside && wings[1] == kOutside) return false;
+  for (const VertexId wing : wings) {
+    if (wing != kOutside && rings.ring_size(wing) <= 3) return false;
+  }
+  // The ends have their wings in common, and nothing else: all others in the merged ring differ.
+  for (std::size_t i = 1; i < arc_; ++i) {
+    for (std::size_t j = arc_ + 1; j < ids_.size(); ++j) {
+      if (ids_[i] == ids_[j]) return false;
+    }
+  }
+  return true;
+}
+
+void MergedRing::assign_places(std::span<const glm::dvec3> places) {
   gap_ = ids_.size();
   places_.resize(ids_.size());
   for (std::size_t i = 0; i < ids_.size(); ++i) {

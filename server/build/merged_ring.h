@@ -13,8 +13,11 @@ namespace fanstream {
 // to the root; both wings to both. Reused from merge to merge to avoid allocation; not thread safe.
 class MergedRing {
  public:
-  // Precondition: rings.can_merge(root, removed).
-  void assign(const RingMesh& rings, std::span<const glm::dvec3> places, VertexId root, VertexId removed);
+  // Precondition: root and removed are neighbours.
+  void assign(const RingMesh& rings, VertexId root, VertexId removed);
+  // RingMesh::can_merge(root, removed), from what assign() has gathered.
+  bool is_mergeable(const RingMesh& rings) const;
+  void assign_places(std::span<const glm::dvec3> places);
 
   std::size_t size() const { return ids_.size(); }
   std::size_t arc() const { return arc_; }
@@ -22,7 +25,7 @@ class MergedRing {
   bool is_open() const { return gap_ < ids_.size(); }
   VertexId id(std::size_t i) const { return ids_[i]; }
   std::span<const VertexId> ids() const { return ids_; }
-  std::span<const glm::dvec3> places() const { return places_; }  // that of the gap means nothing
+  std::span<const glm::dvec3> places() const { return places_; }  // of the gap: nothing
 
   // Whether no face of one of the centres turns by more than the angle of that cosine, or folds, when the centre moves.
   bool root_may_move(const glm::dvec3& from, const glm::dvec3& to, double least_cosine) const {

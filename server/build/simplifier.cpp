@@ -150,8 +150,9 @@ class Simplifier {
     const auto [root, removed, parent, target] = merge;
     if (is_root(root) && patch_splits_[root] == kMostSplitsPerVertex) return false;
     if (rings_.ring_size(root) + rings_.ring_size(removed) - 4 > options_.longest_ring) return false;
-    if (!rings_.can_merge(root, removed)) return false;
-    ring_.assign(rings_, places_, root, removed);
+    ring_.assign(rings_, root, removed);
+    if (!ring_.is_mergeable(rings_)) return false;
+    ring_.assign_places(places_);
     const double least = everything_ ? 0.0 : options_.least_normal_cosine;
     return (parent == ParentPosition::kept || ring_.root_may_move(places_[root], target, least)) &&
            (parent == ParentPosition::added || ring_.removed_may_move(places_[removed], target, least));
@@ -171,9 +172,9 @@ class Simplifier {
     const Merge merge = plan_merge(best);
     if (best.weighed) {
       // No neighbour of either end has changed since, or its patch would be in the way: only the wings' rings may be shorter.
-      const RingMesh::Wings wings = rings_.wings(merge.root, merge.removed);
-      if (is_short(wings.first) || is_short(wings.last)) return;
-      ring_.assign(rings_, places_, merge.root, merge.removed);
+      ring_.assign(rings_, merge.root, merge.removed);
+      if (!ring_.is_mergeable(rings_)) return;
+      ring_.assign_places(places_);
     } else {
       if (!shape_allows(merge)) return;
       if (!everything_ && put_back(best, merge)) return;
@@ -189,8 +190,6 @@ class Simplifier {
       if (w != kOutside) prefetch(rings_.ring(w).data());
     }
   }
-
-  bool is_short(VertexId wing) const { return wing != kOutside && rings_.ring_size(wing) <= 3; }
 
   void record(const Merge& merge, double cost, MergeHistory& history) {
     const auto [root, removed, parent, target] = merge;
