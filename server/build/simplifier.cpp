@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "common/refine/cell_coder.h"
-#include "server/build/merge_deviation.h"
+#include "server/build/deviation_tracker.h"
 #include "server/build/merge_queue.h"
 #include "server/build/merged_ring.h"
 #include "server/build/prefetch.h"
@@ -23,8 +23,8 @@ class Simplifier {
         cost_(make_quadric_cost(mesh, rings_)),
         marks_(mesh.positions.size()),
         patch_splits_(mesh.positions.size(), 0),
-        deviations_(mesh.positions.size(), 0.0F),
         halvings_(mesh.positions.size(), 0),
+        deviations_(mesh.positions.size()),
         alive_(static_cast<std::uint32_t>(mesh.positions.size())) {
     for (VertexId v = 0; v < alive_; ++v) {
       for (const VertexId w : rings_.ring(v)) {
@@ -46,6 +46,8 @@ class Simplifier {
       everything_ = made == 0 || made < alive_ / 50;
       if (options_.progress) options_.progress(progress(start));
     }
+    const std::vector<float> deviations = deviations_.finish();
+    for (std::size_t m = 0; m < deviations.size(); ++m) history.merges[m].deviation = deviations[m];
     history.base = std::move(rings_);
     history.base_vertices = alive_;
     return history;
@@ -193,14 +195,10 @@ class Simplifier {
 
   void record(const Merge& merge, double cost, MergeHistory& history) {
     const auto [root, removed, parent, target] = merge;
-    const double moved = deviation_.bound(
-        {ring_.places(), ring_.gap(), ring_.arc(), places_[root], places_[removed], target});
-    // Rounded up, so that it stays a bound.
-    const float bound = std::nextafter(static_cast<float>(surroundings_deviation(root, removed) + moved),
-                                       std::numeric_limits<float>::infinity());
+    deviations_.add(root, removed, ring_.ids(),
+                    {ring_.places(), ring_.gap(), ring_.arc(), places_[root], places_[removed], target});
     history.merges.push_back(
-        {root, removed, ring_.id(0), ring_.id(ring_.arc()), parent, static_cast<float>(cost), bound});
-    deviations_[root] = bound;
+        {root, removed, ring_.id(0), ring_.id(ring_.arc()), parent, static_cast<float>(cost), 0.0F});
     if (parent == ParentPosition::added) halvings_[root] = halvings_[removed];
     if (parent == ParentPosition::middle) {
       halvings_[root] = static_cast<std::uint8_t>(1 + std::max(halvings_[root], halvings_[removed]));
@@ -227,15 +225,6 @@ class Simplifier {
     queue_.open_around(root, marks_[root].changes, judged, *this);
   }
 
-  // The largest deviation of a face around either centre: each face has that of its worst corner.
-  double surroundings_deviation(VertexId root, VertexId removed) const {
-    float worst = std::max(deviations_[root], deviations_[removed]);
-    for (const VertexId w : ring_.ids()) {
-      if (w != kOutside) worst = std::max(worst, deviations_[w]);
-    }
-    return worst;
-  }
-
   // At least 1, more for merges that take many bits.
   double coding_penalty(const Merge& merge) {
     const auto effort = ring_.coding_effort(places_[merge.root], places_[merge.removed], merge.target);
@@ -248,12 +237,11 @@ class Simplifier {
   std::unique_ptr<MergeCost> cost_;
   std::vector<Marks> marks_;
   std::vector<std::uint8_t> patch_splits_;  // how many vertices a root has absorbed in this generation
-  std::vector<float> deviations_;           // by vertex: how far the faces around it may be off
   std::vector<std::uint8_t> halvings_;      // by vertex: MergeHistory::middle_depth
   MergeQueue queue_;
   bool everything_ = false;  // the last resort: no limit on cost, faces may turn up to a right angle
   MergedRing ring_;          // of the merge at hand
-  MergeDeviation deviation_;
+  DeviationTracker deviations_;
   std::uint32_t alive_;
 };
 
