@@ -71,7 +71,9 @@ class MergeQueue {
       }
       if (heap_.empty()) return false;
       pop(best);
-      if (!heap_.empty()) mesh.fetch(candidate_of(heap_.front()), 1);
+      for (std::size_t i = 0; i < std::min<std::size_t>(heap_.size(), 3); ++i) {
+        mesh.fetch(candidate_of(heap_[i]), i == 0 ? 1 : 3);
+      }
       if (mesh.is_open(best)) return true;
     }
   }

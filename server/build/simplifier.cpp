@@ -181,12 +181,14 @@ class Simplifier {
       if (!shape_allows(merge)) return;
       if (!everything_ && put_back(best, merge)) return;
     }
-    fetch_surroundings();
+    fetch_surroundings(merge);
     record(merge, best.cost, history);
     apply(merge);
   }
 
-  void fetch_surroundings() const {
+  void fetch_surroundings(const Merge& merge) const {
+    const VertexId ends[] = {merge.root, merge.removed};
+    cost_->fetch(ends);
     cost_->fetch(ring_.ids());
     for (const VertexId w : ring_.ids()) {
       if (w != kOutside) prefetch(rings_.ring(w).data());
