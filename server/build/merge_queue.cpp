@@ -1,7 +1,6 @@
 #include "server/build/merge_queue.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <limits>
 #include <utility>
@@ -76,6 +75,7 @@ void MergeQueue::open(std::size_t wanted) {
   heap_.clear();
   taken_.group = kNoGroup;
   next_ = 0;
+  ahead_count_ = 0;
   end_ = std::min(wanted, edges_.size());
   limit_ = end_ < edges_.size() ? edges_[end_].cost : std::numeric_limits<double>::infinity();
 }

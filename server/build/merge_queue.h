@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -29,7 +30,9 @@ inline bool is_cheaper(const MergeCandidate& x, const MergeCandidate& y) {
 //   bool is_stale(const MergeCandidate&)           an end has changed since it was judged
 //   bool is_open(const MergeCandidate&)            it is not stale and may be merged; not so again, once it is not
 //   bool is_unchanged(VertexId, std::uint32_t)     since it had changed so many times
-//   void fetch(const MergeCandidate&, int steps)   it may be asked about, so many steps from now
+//   void fetch_state(const MergeCandidate&)        the above will soon be asked about it
+//   void fetch_rings(const MergeCandidate&)        it may soon be taken; follows fetch_state
+//   void fetch_places(const MergeCandidate&)       likewise; follows fetch_rings
 // Not thread safe.
 class MergeQueue {
  public:
@@ -63,16 +66,17 @@ class MergeQueue {
   bool take_cheapest(MergeCandidate& best, const Mesh& mesh) {
     for (;;) {
       advance_group(mesh);
-      while (next_ < end_ && !mesh.is_open(edges_[next_])) step(mesh);
-      if (next_ < end_ && (heap_.empty() || is_cheaper(edges_[next_], candidate_of(heap_.front())))) {
-        best = edges_[next_];
-        step(mesh);
-        return true;
-      }
-      if (heap_.empty()) return false;
-      pop(best);
-      for (std::size_t i = 0; i < std::min<std::size_t>(heap_.size(), 3); ++i) {
-        mesh.fetch(candidate_of(heap_[i]), i == 0 ? 1 : 3);
+      look_ahead(mesh);
+      if (ahead_count_ != 0 && (heap_.empty() || is_cheaper(edges_[ahead_[0]], candidate_of(heap_.front())))) {
+        best = edges_[ahead_[0]];
+        --ahead_count_;
+        std::copy_n(ahead_.begin() + 1, ahead_count_, ahead_.begin());
+        if (ahead_count_ > kPlacesAhead) mesh.fetch_places(edges_[ahead_[kPlacesAhead]]);
+      } else {
+        if (heap_.empty()) return false;
+        pop(best);
+        for (std::size_t i = 0; i < std::min<std::size_t>(heap_.size(), 3); ++i) mesh.fetch_state(candidate_of(heap_[i]));
+        if (!heap_.empty() && mesh.is_open(candidate_of(heap_.front()))) mesh.fetch_places(candidate_of(heap_.front()));
       }
       if (mesh.is_open(best)) return true;
     }
@@ -80,8 +84,10 @@ class MergeQueue {
 
  private:
   static constexpr std::uint32_t kNoGroup = 0xFFFFFFFFU;
-  // How far ahead the memory behind edges is fetched, in three stages.
-  static constexpr std::size_t kAhead[] = {24, 12, 4};
+  // How far ahead memory is fetched: of all edges, and of those that are open.
+  static constexpr std::size_t kStateAhead = 16;
+  static constexpr std::size_t kOpenAhead = 8;
+  static constexpr std::size_t kPlacesAhead = 3;
 
   struct Group {  // the edges around a root, judged at the same time: judged_[begin, end)
     VertexId root;
@@ -107,11 +113,14 @@ class MergeQueue {
     edges.resize(kept);
   }
 
+  // Finds the next open edges. Most are closed by the time they are reached, and what is closed stays so.
   template <class Mesh>
-  void step(const Mesh& mesh) {
-    ++next_;
-    for (int steps = 0; steps < 3; ++steps) {
-      if (next_ + kAhead[steps] < end_) mesh.fetch(edges_[next_ + kAhead[steps]], 3 - steps);
+  void look_ahead(const Mesh& mesh) {
+    for (; ahead_count_ < kOpenAhead && next_ < end_; ++next_) {
+      if (next_ + kStateAhead < end_) mesh.fetch_state(edges_[next_ + kStateAhead]);
+      if (!mesh.is_open(edges_[next_])) continue;
+      mesh.fetch_rings(edges_[next_]);
+      ahead_[ahead_count_++] = static_cast<std::uint32_t>(next_);
     }
   }
 
@@ -152,6 +161,8 @@ class MergeQueue {
   Entry taken_{0.0, 0, kNoGroup};
   std::size_t next_ = 0;  // into edges_
   std::size_t end_ = 0;
+  std::array<std::uint32_t, kOpenAhead> ahead_{};  // the open ones before next_
+  std::size_t ahead_count_ = 0;
   double limit_ = 0.0;
 };
 

@@ -59,18 +59,18 @@ class Simplifier {
   }
   bool is_open(const MergeCandidate& edge) const { return !is_stale(edge) && patches_allow(edge.a, edge.b); }
   bool is_unchanged(VertexId v, std::uint32_t changes) const { return marks_[v].changes == changes; }
-  // First the marks, then the rings, then the neighbours' places: each tells where the next are.
-  void fetch(const MergeCandidate& edge, int steps) const {
-    if (steps == 3) {
-      prefetch(&marks_[edge.a]);
-      prefetch(&marks_[edge.b]);
-    } else if (is_open(edge)) {
-      for (const VertexId end : {edge.a, edge.b}) {
-        prefetch(rings_.ring(end).data());
-        for (std::size_t i = 0; steps == 1 && i < rings_.ring_size(end); ++i) {
-          const VertexId w = rings_.ring(end)[i];
-          if (w != kOutside) prefetch(&places_[w]);
-        }
+  void fetch_state(const MergeCandidate& edge) const {
+    prefetch(&marks_[edge.a]);
+    prefetch(&marks_[edge.b]);
+  }
+  void fetch_rings(const MergeCandidate& edge) const {
+    prefetch(rings_.ring(edge.a).data());
+    prefetch(rings_.ring(edge.b).data());
+  }
+  void fetch_places(const MergeCandidate& edge) const {
+    for (const VertexId end : {edge.a, edge.b}) {
+      for (const VertexId w : rings_.ring(end)) {
+        if (w != kOutside) prefetch(&places_[w]);
       }
     }
   }

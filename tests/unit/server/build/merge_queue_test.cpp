@@ -18,7 +18,9 @@ struct Mesh {
   bool is_stale(const MergeCandidate& edge) const { return edge.stamp != changes[edge.a] + changes[edge.b]; }
   bool is_open(const MergeCandidate& edge) const { return !is_stale(edge) && !closed[edge.a] && !closed[edge.b]; }
   bool is_unchanged(VertexId v, std::uint32_t count) const { return changes[v] == count; }
-  void fetch(const MergeCandidate&, int) const {}
+  void fetch_state(const MergeCandidate&) const {}
+  void fetch_rings(const MergeCandidate&) const {}
+  void fetch_places(const MergeCandidate&) const {}
 };
 
 class Reference {
