@@ -6,14 +6,17 @@
 #include <system_error>
 
 #include "server/build/prefetch.h"
+#include "server/build/processors.h"
 
 namespace fanstream {
 
-DeviationTracker::DeviationTracker(std::size_t vertex_count)
-    : DeviationTracker(vertex_count, vertex_count > 8 * kBatchItems && std::thread::hardware_concurrency() > 1) {}
+DeviationTracker::DeviationTracker(std::span<const glm::dvec3> places)
+    : DeviationTracker(places, places.size() > 32 * kBatchItems && usable_processors() > 1) {}
 
-DeviationTracker::DeviationTracker(std::size_t vertex_count, bool own_thread) : by_vertex_(vertex_count, 0.0F) {
+DeviationTracker::DeviationTracker(std::span<const glm::dvec3> places, bool own_thread)
+    : by_vertex_(places.size(), 0.0F) {
   if (!own_thread) return;
+  places_.assign(places.begin(), places.end());
   try {
     worker_ = std::thread([this] { work(); });
   } catch (const std::system_error&) {
@@ -28,9 +31,9 @@ void DeviationTracker::add(VertexId root, VertexId removed, std::span<const Vert
     evaluate(root, removed, ids, patch);
     return;
   }
-  filling_.items.push_back({root, removed, static_cast<std::uint32_t>(ids.size()), patch});
+  filling_.items.push_back({root, removed, static_cast<std::uint32_t>(ids.size()), static_cast<std::uint32_t>(patch.gap),
+                            static_cast<std::uint32_t>(patch.arc), patch.merged});
   filling_.ids.insert(filling_.ids.end(), ids.begin(), ids.end());
-  filling_.places.insert(filling_.places.end(), patch.ring.begin(), patch.ring.end());
   if (filling_.items.size() == kBatchItems) hand_over();
 }
 
@@ -70,22 +73,27 @@ void DeviationTracker::work() {
     waiting_.pop_front();
     lock.unlock();
     changed_.notify_all();
-    evaluate(batch);
+    evaluate_batch(batch);
     lock.lock();
     spare_.push_back(std::move(batch));
   }
 }
 
-void DeviationTracker::evaluate(Batch& batch) {
+void DeviationTracker::evaluate_batch(Batch& batch) {
   std::size_t begin = 0;
-  for (Item& item : batch.items) {
-    item.patch.ring = std::span<const glm::dvec3>(batch.places).subspan(begin, item.ring_size);
-    evaluate(item.root, item.removed, std::span<const VertexId>(batch.ids).subspan(begin, item.ring_size), item.patch);
+  for (const Item& item : batch.items) {
+    const auto ids = std::span<const VertexId>(batch.ids).subspan(begin, item.ring_size);
+    ring_.assign(ids.size(), item.merged);
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      if (ids[i] != kOutside) ring_[i] = places_[ids[i]];
+    }
+    evaluate(item.root, item.removed, ids,
+             {ring_, item.gap, item.arc, places_[item.root], places_[item.removed], item.merged});
+    places_[item.root] = item.merged;
     begin += item.ring_size;
   }
   batch.items.clear();
   batch.ids.clear();
-  batch.places.clear();
 }
 
 // Each face around the two centres has the deviation of its worst corner.

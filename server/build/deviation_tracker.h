@@ -16,8 +16,9 @@ namespace fanstream {
 // own where there is a second processor; the bounds are the same either way. add() and finish() are for one thread.
 class DeviationTracker {
  public:
-  explicit DeviationTracker(std::size_t vertex_count);
-  DeviationTracker(std::size_t vertex_count, bool own_thread);
+  // `places` of all vertices before the first merge.
+  explicit DeviationTracker(std::span<const glm::dvec3> places);
+  DeviationTracker(std::span<const glm::dvec3> places, bool own_thread);
   ~DeviationTracker();
   DeviationTracker(const DeviationTracker&) = delete;
   DeviationTracker& operator=(const DeviationTracker&) = delete;
@@ -34,24 +35,27 @@ class DeviationTracker {
     VertexId root;
     VertexId removed;
     std::uint32_t ring_size;
-    MergePatch patch;  // its ring is set when the item is worked on
+    std::uint32_t gap;
+    std::uint32_t arc;
+    glm::dvec3 merged;
   };
   struct Batch {
     std::vector<Item> items;
     std::vector<VertexId> ids;  // of all items
-    std::vector<glm::dvec3> places;
   };
-  static constexpr std::size_t kBatchItems = 2048;
-  static constexpr std::size_t kMostBatches = 16;  // that wait: what bounds the memory
+  static constexpr std::size_t kBatchItems = 512;
+  static constexpr std::size_t kMostBatches = 64;  // that wait: what bounds the memory
 
   void evaluate(VertexId root, VertexId removed, std::span<const VertexId> ids, const MergePatch& patch);
-  void evaluate(Batch& batch);
+  void evaluate_batch(Batch& batch);
   void hand_over();
   void work();
 
   MergeDeviation deviation_;
   std::vector<float> by_vertex_;  // how far the faces around it may be off
   std::vector<float> results_;
+  std::vector<glm::dvec3> places_;  // the thread's own: at the merge it is at
+  std::vector<glm::dvec3> ring_;
 
   Batch filling_;
   std::mutex mutex_;  // guards what follows

@@ -24,7 +24,7 @@ class Simplifier {
         marks_(mesh.positions.size()),
         patch_splits_(mesh.positions.size(), 0),
         halvings_(mesh.positions.size(), 0),
-        deviations_(mesh.positions.size()),
+        deviations_(mesh.positions),
         alive_(static_cast<std::uint32_t>(mesh.positions.size())) {
     for (VertexId v = 0; v < alive_; ++v) {
       for (const VertexId w : rings_.ring(v)) {

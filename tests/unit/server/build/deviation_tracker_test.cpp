@@ -9,9 +9,11 @@
 namespace fanstream {
 namespace {
 
-// Merges of a bumpy mesh in random order, told to a tracker.
+TriangleMesh bumpy() { return testing::make_terrain(120, 120, 3); }
+
+// Merges of that mesh in random order, told to a tracker.
 std::vector<float> track(DeviationTracker& tracker, std::vector<std::pair<VertexId, VertexId>>* merges = nullptr) {
-  TriangleMesh mesh = testing::make_terrain(120, 120, 3);
+  TriangleMesh mesh = bumpy();
   RingMesh rings = RingMesh::from_triangles(mesh.positions.size(), mesh.triangles);
   testing::SeededRandom random(5);
   MergedRing ring;
@@ -34,19 +36,19 @@ std::vector<float> track(DeviationTracker& tracker, std::vector<std::pair<Vertex
 }
 
 TEST(DeviationTracker, AThreadOfItsOwnGivesTheSameBounds) {
-  DeviationTracker alone(121 * 121, false);
-  DeviationTracker helped(121 * 121, true);
+  DeviationTracker alone(bumpy().positions, false);
+  DeviationTracker helped(bumpy().positions, true);
   const std::vector<float> expected = track(alone);
   EXPECT_GT(expected.size(), 5000U);
   EXPECT_EQ(track(helped), expected);
 }
 
 TEST(DeviationTracker, BoundsNeverShrink) {
-  DeviationTracker tracker(121 * 121, false);
+  DeviationTracker tracker(bumpy().positions, false);
   std::vector<std::pair<VertexId, VertexId>> merges;
   const std::vector<float> bounds = track(tracker, &merges);
   ASSERT_EQ(bounds.size(), merges.size());
-  std::vector<float> by_vertex(121 * 121, 0.0F);
+  std::vector<float> by_vertex(bumpy().positions.size(), 0.0F);
   for (std::size_t m = 0; m < merges.size(); ++m) {
     const auto [root, removed] = merges[m];
     ASSERT_GE(bounds[m], std::max(by_vertex[root], by_vertex[removed])) << "merge " << m;
@@ -55,7 +57,7 @@ TEST(DeviationTracker, BoundsNeverShrink) {
 }
 
 TEST(DeviationTracker, MayBeLeftUnfinished) {
-  DeviationTracker tracker(10, true);
+  DeviationTracker tracker(std::vector<glm::dvec3>(10), true);
   const std::vector<VertexId> ids{1, 2, 3, 4};
   const std::vector<glm::dvec3> places{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
   tracker.add(0, 5, ids, {places, 4, 2, {0.4, 0.5, 0}, {0.6, 0.5, 0}, {0.4, 0.5, 0}});
