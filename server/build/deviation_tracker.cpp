@@ -31,8 +31,9 @@ void DeviationTracker::add(VertexId root, VertexId removed, std::span<const Vert
     evaluate(root, removed, ids, patch);
     return;
   }
-  filling_.items.push_back({root, removed, static_cast<std::uint32_t>(ids.size()), static_cast<std::uint32_t>(patch.gap),
-                            static_cast<std::uint32_t>(patch.arc), patch.merged});
+  filling_.items.push_back({root, removed, static_cast<std::uint32_t>(ids.size()),
+                            static_cast<std::uint32_t>(patch.gap), static_cast<std::uint32_t>(patch.arc),
+                            patch.merged});
   filling_.ids.insert(filling_.ids.end(), ids.begin(), ids.end());
   if (filling_.items.size() == kBatchItems) hand_over();
 }

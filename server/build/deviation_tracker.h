@@ -12,8 +12,9 @@
 
 namespace fanstream {
 
-// Bounds add up along the merges of a place. Nothing that merges depend on is computed here, so it is done on a thread of its
-// own where there is a second processor; the bounds are the same either way. add() and finish() are for one thread.
+// Bounds add up along the merges of a place. Nothing that merges depend on is computed here, so it is done on a thread
+// of its own where there is a second processor; the bounds are the same either way. add() and finish() are for one
+// thread.
 class DeviationTracker {
  public:
   // `places` of all vertices before the first merge.
@@ -26,8 +27,8 @@ class DeviationTracker {
   // The next merge. `ids` are the vertices of patch.ring, kOutside among them ignored.
   void add(VertexId root, VertexId removed, std::span<const VertexId> ids, const MergePatch& patch);
 
-  // For each merge, in the order in which they were added: an upper bound of how far the surface around the merged centre is from
-  // the original, and no smaller than that of any merge before it around there.
+  // For each merge, in the order in which they were added: an upper bound of how far the surface around the merged
+  // centre is from the original, and no smaller than that of any merge before it around there.
   std::vector<float> finish();
 
  private:

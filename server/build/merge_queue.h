@@ -25,8 +25,8 @@ inline bool is_cheaper(const MergeCandidate& x, const MergeCandidate& y) {
   return x.a != y.a ? x.a < y.a : x.b < y.b;
 }
 
-// All edges, sorted from generation to generation, and a heap of what comes up within one: of the edges around a root only
-// the cheapest is in the heap. Mesh is what knows the state of things:
+// All edges, sorted from generation to generation, and a heap of what comes up within one: of the edges around a root
+// only the cheapest is in the heap. Mesh is what knows the state of things:
 //   bool is_stale(const MergeCandidate&)           an end has changed since it was judged
 //   bool is_open(const MergeCandidate&)            it is not stale and may be merged; not so again, once it is not
 //   bool is_unchanged(VertexId, std::uint32_t)     since it had changed so many times
@@ -50,7 +50,8 @@ class MergeQueue {
   // The cost from which on edges are left out of this generation; infinite if none is.
   double limit() const { return limit_; }
 
-  // Opens the edges that have been added last, `count` of them: those around `root`, after it had changed so many times.
+  // Opens the edges that have been added last, `count` of them: those around `root`, after it had changed so many
+  // times.
   template <class Mesh>
   void open_around(VertexId root, std::uint32_t changes, std::size_t count, const Mesh& mesh) {
     groups_.push_back({root, changes, static_cast<std::uint32_t>(judged_.size() - count),
@@ -75,7 +76,8 @@ class MergeQueue {
       } else {
         if (heap_.empty()) return false;
         pop(best);
-        for (std::size_t i = 0; i < std::min<std::size_t>(heap_.size(), 3); ++i) mesh.fetch_state(candidate_of(heap_[i]));
+        for (std::size_t i = 0; i < std::min<std::size_t>(heap_.size(), 3); ++i)
+          mesh.fetch_state(candidate_of(heap_[i]));
         if (!heap_.empty() && mesh.is_open(candidate_of(heap_.front()))) mesh.fetch_places(candidate_of(heap_.front()));
       }
       if (mesh.is_open(best)) return true;

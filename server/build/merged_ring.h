@@ -9,8 +9,8 @@
 
 namespace fanstream {
 
-// Counter-clockwise from the first wing: positions 0 to arc() belong to the centre to be removed, from arc() on and back to 0
-// to the root; both wings to both. Reused from merge to merge to avoid allocation; not thread safe.
+// Counter-clockwise from the first wing: positions 0 to arc() belong to the centre to be removed, from arc() on and
+// back to 0 to the root; both wings to both. Reused from merge to merge to avoid allocation; not thread safe.
 class MergedRing {
  public:
   // Precondition: root and removed are neighbours.
@@ -35,9 +35,9 @@ class MergedRing {
     return faces_keep(0, arc_, from, to, least_cosine);
   }
 
-  // What makes a merge take many bits. The rank of the removed centre's arc among the arcs of its length, by how far they reach
-  // from `target` (RingGeometry::first_of_rank), 0 in an open ring; and how far the removed centre lies off the middle of its
-  // own ring, squared, in mean squared spokes of the merged ring.
+  // What makes a merge take many bits. The rank of the removed centre's arc among the arcs of its length, by how far
+  // they reach from `target` (RingGeometry::first_of_rank), 0 in an open ring; and how far the removed centre lies off
+  // the middle of its own ring, squared, in mean squared spokes of the merged ring.
   struct CodingEffort {
     int rank = 0;
     double off_middle = 0.0;

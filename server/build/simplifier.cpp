@@ -107,8 +107,9 @@ class Simplifier {
 
   bool is_root(VertexId v) const { return marks_[v].near == v; }
 
-  // The conditions of the paper's section 2.3, with patches in the place of fans: no root but one of the two itself is among them
-  // and their neighbours. Roots never come to be neighbours, nor do a root's neighbours leave it within a generation.
+  // The conditions of the paper's section 2.3, with patches in the place of fans: no root but one of the two itself is
+  // among them and their neighbours. Roots never come to be neighbours, nor do a root's neighbours leave it within a
+  // generation.
   bool patches_allow(VertexId a, VertexId b) const {
     const VertexId near = marks_[a].near;
     return near == marks_[b].near && (near == kNoRoot || near == a || near == b);
@@ -173,7 +174,8 @@ class Simplifier {
   void try_merge(const MergeCandidate& best, MergeHistory& history) {
     const Merge merge = plan_merge(best);
     if (best.weighed) {
-      // No neighbour of either end has changed since, or its patch would be in the way: only the wings' rings may be shorter.
+      // No neighbour of either end has changed since, or its patch would be in the way: only the wings' rings may be
+      // shorter.
       ring_.assign(rings_, merge.root, merge.removed);
       if (!ring_.is_mergeable(rings_)) return;
       ring_.assign_places(places_);

@@ -32,7 +32,8 @@ class EdgeGroups {
       const std::uint64_t high = std::max(origin(mesh, h), target(mesh, h));
       keys_[next[low(h)]++] = high << 32U | h;
     }
-    for (std::size_t v = 0; v + 1 < first_.size(); ++v) std::sort(keys_.begin() + first_[v], keys_.begin() + first_[v + 1]);
+    for (std::size_t v = 0; v + 1 < first_.size(); ++v)
+      std::sort(keys_.begin() + first_[v], keys_.begin() + first_[v + 1]);
   }
 
   // Calls use(group) with the half-edges of each edge, by ascending number.

@@ -81,8 +81,7 @@ TEST(MergeDeviation, NoPointOfEitherSurfaceIsFartherFromTheOther) {
     const double measured =
         std::max(farthest_between(patch.before(), patch.after()), farthest_between(patch.after(), patch.before()));
     EXPECT_GE(bound, measured - 1e-9);
-    const double moved =
-        std::max(glm::distance(patch.first, patch.merged), glm::distance(patch.second, patch.merged));
+    const double moved = std::max(glm::distance(patch.first, patch.merged), glm::distance(patch.second, patch.merged));
     EXPECT_LE(bound, moved);
     tighter += bound < 0.9 * moved ? 1 : 0;
   }

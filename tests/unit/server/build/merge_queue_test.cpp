@@ -54,7 +54,9 @@ class Reference {
 class QueueBesideReference {
  public:
   QueueBesideReference(std::uint64_t seed, std::uint32_t vertices, std::uint32_t costs)
-      : random_(seed), mesh_{std::vector<std::uint32_t>(vertices, 0), std::vector<bool>(vertices, false)}, costs_(costs) {
+      : random_(seed),
+        mesh_{std::vector<std::uint32_t>(vertices, 0), std::vector<bool>(vertices, false)},
+        costs_(costs) {
     for (VertexId v = 0; v < vertices; ++v) {
       for (VertexId w = v + 1; w < std::min(vertices, v + 4); ++w) add(v, w);
     }
