@@ -40,7 +40,8 @@ struct BuiltAsset {
 };
 
 // Precondition: `mesh` is an oriented manifold with at least one face (clean_mesh). Fails if it has more than kMostVertices
-// vertices or if a stage reports an error. Deterministic: the same mesh and options give the same bytes. Single-threaded.
+// vertices or if a stage reports an error. Deterministic: the same mesh and options give the same bytes, however many
+// threads share the work. `progress` is called on the calling thread.
 Result<BuiltAsset> build_asset(const TriangleMesh& mesh, const BuildOptions& options);
 
 // What a mesh's splits look like to the coder: the material that built-in statistics are made from.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "common/fans/fan_split.h"
 #include "common/mesh/triangle_mesh.h"
@@ -20,6 +21,8 @@ class MergeCost {
   // The cheapest parent for merging `removed` into `root` at their current places.
   virtual MergeProposal propose(VertexId root, VertexId removed, const glm::dvec3& root_place,
                                 const glm::dvec3& removed_place) const = 0;
+  // Announces that proposals for these vertices will be asked for; kOutside among them is ignored.
+  virtual void fetch(std::span<const VertexId> vertices) const = 0;
   // Called after the merge has been made.
   virtual void merged(VertexId root, VertexId removed) = 0;
 };

@@ -26,16 +26,17 @@ class MergeDeviation {
   double bound(const MergePatch& patch);
 
  private:
-  struct Point {
+  struct Point {  // relative to the merged centre
     double x, y, z;  // z along the normal
   };
-  bool is_face(std::size_t i) const { return i != gap_ && (i + 1) % ring_.size() != gap_; }  // of ring edge i with a centre
+  std::size_t next(std::size_t i) const { return i + 1 == ring_.size() ? 0 : i + 1; }
   bool folds(const Point& centre, std::size_t from, std::size_t edges) const;
-  double height_above_star(const Point& query, const Point& star_centre) const;
-  double highest_crossing(const Point& centre, std::size_t from, std::size_t spokes, const Point& star_centre) const;
+  double height_above_star(const Point& query) const;
+  double highest_crossing(const Point& centre, std::size_t from, std::size_t spokes);
+  double highest_between_centres(const Point& first, const Point& second) const;
 
   std::vector<Point> ring_;
-  std::size_t gap_ = 0;
+  std::vector<double> sides_;
 };
 
 }  // namespace fanstream

@@ -2,6 +2,7 @@
 #include <glm/geometric.hpp>
 
 #include "server/build/merge_cost.h"
+#include "server/build/prefetch.h"
 
 namespace fanstream {
 namespace {
@@ -66,6 +67,14 @@ class QuadricCost final : public MergeCost {
     const glm::dvec3 edge = b - a;
     best.cost += kEdgeShare * (sum.xx + sum.yy + sum.zz) * glm::dot(edge, edge);
     return best;
+  }
+
+  void fetch(std::span<const VertexId> vertices) const override {
+    for (const VertexId v : vertices) {
+      if (v == kOutside) continue;
+      prefetch(&quadrics_[v].xx);
+      prefetch(&quadrics_[v].c);
+    }
   }
 
   void merged(VertexId root, VertexId removed) override { quadrics_[root].add(quadrics_[removed]); }

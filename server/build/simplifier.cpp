@@ -6,26 +6,13 @@
 #include <limits>
 
 #include "common/refine/cell_coder.h"
-#include "server/build/merge_deviation.h"
+#include "server/build/deviation_tracker.h"
+#include "server/build/merge_queue.h"
+#include "server/build/merged_ring.h"
+#include "server/build/prefetch.h"
 
 namespace fanstream {
 namespace {
-
-struct Candidate {
-  double cost;
-  VertexId a;
-  VertexId b;
-  std::uint32_t stamp;     // sum of both ends' change counts when it was judged
-  bool penalised = false;  // the cost includes what its coding takes
-};
-
-// Orders a heap with the cheapest on top; ties by number, so that every machine makes the same model.
-struct Dearer {
-  bool operator()(const Candidate& x, const Candidate& y) const {
-    if (x.cost != y.cost) return x.cost > y.cost;
-    return x.a != y.a ? x.a > y.a : x.b > y.b;
-  }
-};
 
 class Simplifier {
  public:
@@ -34,268 +21,232 @@ class Simplifier {
         places_(mesh.positions),
         rings_(RingMesh::from_triangles(mesh.positions.size(), mesh.triangles)),
         cost_(make_quadric_cost(mesh, rings_)),
-        patch_root_(mesh.positions.size(), 0),
+        marks_(mesh.positions.size()),
         patch_splits_(mesh.positions.size(), 0),
-        changes_(mesh.positions.size(), 0),
-        deviations_(mesh.positions.size(), 0.0F),
         halvings_(mesh.positions.size(), 0),
+        deviations_(mesh.positions),
         alive_(static_cast<std::uint32_t>(mesh.positions.size())) {
-    live_.resize(alive_);
-    for (VertexId v = 0; v < alive_; ++v) live_[v] = v;
+    for (VertexId v = 0; v < alive_; ++v) {
+      for (const VertexId w : rings_.ring(v)) {
+        if (v < w && w != kOutside) queue_.add(judge(v, w));
+      }
+    }
   }
 
   MergeHistory run() {
     MergeHistory history;
     history.generation_begin.push_back(0);
     const std::uint32_t start = alive_;
-    bool everything = false;  // the last resort: no limit on cost, faces may turn up to a right angle
+    everything_ = false;
     while (alive_ > options_.base_vertices) {
-      ++generation_;
-      run_generation(history, everything);
+      run_generation(history);
       const auto made = static_cast<std::uint32_t>(history.merges.size()) - history.generation_begin.back();
       if (made != 0) history.generation_begin.push_back(static_cast<std::uint32_t>(history.merges.size()));
-      if (made == 0 && everything) break;
-      everything = made == 0 || made < alive_ / 50;
+      if (made == 0 && everything_) break;
+      everything_ = made == 0 || made < alive_ / 50;
       if (options_.progress) options_.progress(progress(start));
     }
+    const std::vector<float> deviations = deviations_.finish();
+    for (std::size_t m = 0; m < deviations.size(); ++m) history.merges[m].deviation = deviations[m];
     history.base = std::move(rings_);
     history.base_vertices = alive_;
     return history;
   }
 
+  // MergeQueue's view of the mesh.
+  bool is_stale(const MergeCandidate& edge) const {
+    return edge.stamp != marks_[edge.a].changes + marks_[edge.b].changes;
+  }
+  bool is_open(const MergeCandidate& edge) const { return !is_stale(edge) && patches_allow(edge.a, edge.b); }
+  bool is_unchanged(VertexId v, std::uint32_t changes) const { return marks_[v].changes == changes; }
+  void fetch_state(const MergeCandidate& edge) const {
+    prefetch(&marks_[edge.a]);
+    prefetch(&marks_[edge.b]);
+  }
+  void fetch_rings(const MergeCandidate& edge) const {
+    prefetch(rings_.ring(edge.a).data());
+    prefetch(rings_.ring(edge.b).data());
+  }
+  void fetch_places(const MergeCandidate& edge) const {
+    for (const VertexId end : {edge.a, edge.b}) {
+      for (const VertexId w : rings_.ring(end)) {
+        if (w != kOutside) prefetch(&places_[w]);
+      }
+    }
+  }
+
  private:
+  static constexpr VertexId kNoRoot = kOutside;
+  static constexpr VertexId kSeveralRoots = kOutside - 1;
+  // Added to the change count of a vertex that is gone: no sum with another's gives a stamp.
+  static constexpr std::uint32_t kGone = 1U << 30U;
+
+  struct Marks {
+    std::uint32_t changes = 0;
+    VertexId near = kNoRoot;  // the root of a patch of this generation that is the vertex itself or its neighbour
+  };
+
   double progress(std::uint32_t start) const {
     const double done = static_cast<double>(start - alive_);
     return done / std::max(1.0, static_cast<double>(start) - options_.base_vertices);
   }
 
-  Candidate judge(VertexId a, VertexId b) const {
-    return {cost_->propose(a, b, places_[a], places_[b]).cost, a, b, changes_[a] + changes_[b], false};
+  MergeCandidate judge(VertexId a, VertexId b) const {
+    const MergeProposal proposal = cost_->propose(a, b, places_[a], places_[b]);
+    return {proposal.cost, a, b, marks_[a].changes + marks_[b].changes, proposal.parent, false};
   }
 
-  // The generation's candidates, cheapest first, in sorted_; returns the limit of their costs.
-  double gather(bool everything) {
-    sorted_.clear();
-    heap_.clear();
-    next_sorted_ = 0;
-    for (const VertexId v : live_) {
-      for (const VertexId w : rings_.ring(v)) {
-        if (v < w && w != kOutside) sorted_.push_back(judge(v, w));
-      }
-    }
-    const auto cheaper = [](const Candidate& x, const Candidate& y) { return Dearer{}(y, x); };
-    const auto wanted = static_cast<std::size_t>(options_.edges_per_vertex * alive_);
-    double limit = std::numeric_limits<double>::infinity();
-    if (!everything && wanted < sorted_.size()) {
-      std::nth_element(sorted_.begin(), sorted_.begin() + static_cast<std::ptrdiff_t>(wanted), sorted_.end(), cheaper);
-      limit = sorted_[wanted].cost;
-      sorted_.resize(wanted);
-    }
-    std::sort(sorted_.begin(), sorted_.end(), cheaper);
-    return limit;
+  void run_generation(MergeHistory& history) {
+    for (Marks& marks : marks_) marks.near = kNoRoot;
+    const std::size_t wanted = everything_ ? std::numeric_limits<std::size_t>::max()
+                                           : static_cast<std::size_t>(options_.edges_per_vertex * alive_);
+    queue_.begin_generation(wanted, *this);
+    MergeCandidate best;
+    while (alive_ > options_.base_vertices && queue_.take_cheapest(best, *this)) try_merge(best, history);
   }
 
-  // The cheapest candidate left, of those gathered and those judged since.
-  bool take_cheapest(Candidate& best) {
-    const bool sorted_left = next_sorted_ < sorted_.size();
-    if (heap_.empty() && !sorted_left) return false;
-    if (heap_.empty() || (sorted_left && Dearer{}(heap_.front(), sorted_[next_sorted_]))) {
-      best = sorted_[next_sorted_++];
-      return true;
-    }
-    std::pop_heap(heap_.begin(), heap_.end(), Dearer{});
-    best = heap_.back();
-    heap_.pop_back();
-    return true;
-  }
+  bool is_root(VertexId v) const { return marks_[v].near == v; }
 
-  void run_generation(MergeHistory& history, bool everything) {
-    const double limit = gather(everything);
-    Candidate best{};
-    while (alive_ > options_.base_vertices && take_cheapest(best)) {
-      if (!rings_.contains(best.a) || !rings_.contains(best.b)) continue;
-      if (best.stamp != changes_[best.a] + changes_[best.b]) continue;
-      try_merge(best, limit, everything, history);
-    }
-    live_.erase(std::remove_if(live_.begin(), live_.end(), [this](VertexId v) { return !rings_.contains(v); }),
-                live_.end());
-  }
-
-  // The conditions of the paper's section 2.3, with patches in the place of fans.
+  // The conditions of the paper's section 2.3, with patches in the place of fans: no root but one of the two itself is
+  // among them and their neighbours. Roots never come to be neighbours, nor do a root's neighbours leave it within a
+  // generation.
   bool patches_allow(VertexId a, VertexId b) const {
-    const bool a_is_root = patch_root_[a] == generation_;
-    const bool b_is_root = patch_root_[b] == generation_;
-    if (a_is_root && b_is_root) return false;
-    const auto foreign_root = [&](VertexId w) {
-      return w != kOutside && w != a && w != b && patch_root_[w] == generation_;
-    };
-    const auto ring_a = rings_.ring(a);
-    const auto ring_b = rings_.ring(b);
-    return std::none_of(ring_a.begin(), ring_a.end(), foreign_root) &&
-           std::none_of(ring_b.begin(), ring_b.end(), foreign_root);
+    const VertexId near = marks_[a].near;
+    return near == marks_[b].near && (near == kNoRoot || near == a || near == b);
   }
 
-  bool keeps_faces(VertexId centre, VertexId other, const glm::dvec3& target, bool everything) const {
-    const auto ring = rings_.ring(centre);
-    const double least = everything ? 0.0 : options_.least_normal_cosine;
-    const glm::dvec3& from = places_[centre];
-    for (std::size_t i = 0, n = ring.size(); i < n; ++i) {
-      const VertexId v = ring[i];
-      const VertexId w = ring[i + 1 == n ? 0 : i + 1];
-      if (v == kOutside || w == kOutside || v == other || w == other) continue;
-      const glm::dvec3 side = places_[w] - places_[v];
-      const glm::dvec3 before = glm::cross(side, from - places_[v]);
-      const glm::dvec3 after = glm::cross(side, target - places_[v]);
-      const double before2 = glm::dot(before, before);
-      if (before2 == 0.0) continue;
-      const double d = glm::dot(before, after);
-      if (d <= 0.0 || d * d < least * least * before2 * glm::dot(after, after)) return false;
+  void mark_patch(VertexId root) {
+    marks_[root].near = root;
+    for (const VertexId w : rings_.ring(root)) {
+      if (w == kOutside) continue;
+      VertexId& near = marks_[w].near;
+      near = near == kNoRoot || near == root ? root : kSeveralRoots;
     }
+  }
+
+  struct Merge {
+    VertexId root;
+    VertexId removed;
+    ParentPosition parent;
+    glm::dvec3 target;
+  };
+
+  Merge plan_merge(const MergeCandidate& edge) const {
+    Merge merge{edge.a, edge.b, edge.parent, {}};
+    if (is_root(edge.b)) {
+      std::swap(merge.root, merge.removed);
+      merge.parent = cost_->propose(merge.root, merge.removed, places_[merge.root], places_[merge.removed]).parent;
+    }
+    // Between two centres without a patch, the one at which the parent lies keeps its number.
+    if (merge.parent == ParentPosition::added && !is_root(merge.root)) {
+      std::swap(merge.root, merge.removed);
+      merge.parent = ParentPosition::kept;
+    }
+    merge.target = places_[merge.root];
+    if (merge.parent == ParentPosition::added) merge.target = places_[merge.removed];
+    if (merge.parent == ParentPosition::middle) merge.target = 0.5 * (places_[merge.root] + places_[merge.removed]);
+    return merge;
+  }
+
+  // Also assigns ring_.
+  bool shape_allows(const Merge& merge) {
+    const auto [root, removed, parent, target] = merge;
+    if (is_root(root) && patch_splits_[root] == kMostSplitsPerVertex) return false;
+    if (rings_.ring_size(root) + rings_.ring_size(removed) - 4 > options_.longest_ring) return false;
+    ring_.assign(rings_, root, removed);
+    if (!ring_.is_mergeable(rings_)) return false;
+    ring_.assign_places(places_);
+    const double least = everything_ ? 0.0 : options_.least_normal_cosine;
+    return (parent == ParentPosition::kept || ring_.root_may_move(places_[root], target, least)) &&
+           (parent == ParentPosition::added || ring_.removed_may_move(places_[removed], target, least));
+  }
+
+  // Whether the merge has to wait: behind those that take fewer bits to code.
+  bool put_back(const MergeCandidate& edge, const Merge& merge) {
+    MergeCandidate again = edge;
+    again.cost *= coding_penalty(merge);
+    again.weighed = true;
+    if (again.cost <= edge.cost) return false;
+    queue_.put_back(again);
     return true;
   }
 
-  void try_merge(const Candidate& best, double limit, bool everything, MergeHistory& history) {
-    if (!patches_allow(best.a, best.b)) return;
-    VertexId root = best.a;
-    VertexId removed = best.b;
-    if (patch_root_[removed] == generation_) std::swap(root, removed);
-    if (patch_root_[root] == generation_ && patch_splits_[root] == kMostSplitsPerVertex) return;
-    if (!rings_.can_merge(root, removed)) return;
-    if (rings_.ring_size(root) + rings_.ring_size(removed) - 4 > options_.longest_ring) return;
-    ParentPosition parent = cost_->propose(root, removed, places_[root], places_[removed]).parent;
-    // Between two centres without a patch, the one at which the parent lies keeps its number.
-    if (parent == ParentPosition::added && patch_root_[root] != generation_) {
-      std::swap(root, removed);
-      parent = ParentPosition::kept;
+  void try_merge(const MergeCandidate& best, MergeHistory& history) {
+    const Merge merge = plan_merge(best);
+    if (best.weighed) {
+      // No neighbour of either end has changed since, or its patch would be in the way: only the wings' rings may be
+      // shorter.
+      ring_.assign(rings_, merge.root, merge.removed);
+      if (!ring_.is_mergeable(rings_)) return;
+      ring_.assign_places(places_);
+    } else {
+      if (!shape_allows(merge)) return;
+      if (!everything_ && put_back(best, merge)) return;
     }
-    glm::dvec3 target = places_[root];
-    if (parent == ParentPosition::added) target = places_[removed];
-    if (parent == ParentPosition::middle) target = 0.5 * (places_[root] + places_[removed]);
-    if (parent != ParentPosition::kept && !keeps_faces(root, removed, target, everything)) return;
-    if (parent != ParentPosition::added && !keeps_faces(removed, root, target, everything)) return;
+    fetch_surroundings(merge);
+    record(merge, best.cost, history);
+    apply(merge);
+  }
 
-    if (!best.penalised && !everything) {
-      Candidate again = best;
-      again.cost *= coding_penalty(root, removed, target);
-      again.penalised = true;
-      if (again.cost > best.cost) {
-        if (again.cost <= limit) push(again);
-        return;
-      }
+  void fetch_surroundings(const Merge& merge) const {
+    const VertexId ends[] = {merge.root, merge.removed};
+    cost_->fetch(ends);
+    cost_->fetch(ring_.ids());
+    for (const VertexId w : ring_.ids()) {
+      if (w != kOutside) prefetch(rings_.ring(w).data());
     }
-    const RingMesh::Wings wings = rings_.wings(root, removed);
-    const double deviation = surroundings_deviation(root, removed) + merge_deviation(root, removed, target);
-    // Rounded up, so that it stays a bound.
-    const float bound = std::nextafter(static_cast<float>(deviation), std::numeric_limits<float>::infinity());
-    history.merges.push_back({root, removed, wings.first, wings.last, parent, static_cast<float>(best.cost), bound});
-    deviations_[root] = bound;
+  }
+
+  void record(const Merge& merge, double cost, MergeHistory& history) {
+    const auto [root, removed, parent, target] = merge;
+    deviations_.add(root, removed, ring_.ids(),
+                    {ring_.places(), ring_.gap(), ring_.arc(), places_[root], places_[removed], target});
+    history.merges.push_back(
+        {root, removed, ring_.id(0), ring_.id(ring_.arc()), parent, static_cast<float>(cost), 0.0F});
     if (parent == ParentPosition::added) halvings_[root] = halvings_[removed];
     if (parent == ParentPosition::middle) {
       halvings_[root] = static_cast<std::uint8_t>(1 + std::max(halvings_[root], halvings_[removed]));
       history.middle_depth = std::max<std::uint32_t>(history.middle_depth, halvings_[root]);
     }
+  }
+
+  void apply(const Merge& merge) {
+    const auto [root, removed, parent, target] = merge;
     rings_.merge(root, removed);
     cost_->merged(root, removed);
     places_[root] = target;
-    patch_splits_[root] = static_cast<std::uint8_t>(patch_root_[root] == generation_ ? patch_splits_[root] + 1 : 1);
-    patch_root_[root] = generation_;
-    ++changes_[root];
+    patch_splits_[root] = static_cast<std::uint8_t>(is_root(root) ? patch_splits_[root] + 1 : 1);
+    ++marks_[root].changes;
+    marks_[removed].changes += kGone;
+    mark_patch(root);
     --alive_;
+    std::size_t judged = 0;
     for (const VertexId w : rings_.ring(root)) {
       if (w == kOutside) continue;
-      const Candidate next = judge(std::min(root, w), std::max(root, w));
-      if (next.cost <= limit) push(next);
+      queue_.add(judge(std::min(root, w), std::max(root, w)));
+      ++judged;
     }
+    queue_.open_around(root, marks_[root].changes, judged, *this);
   }
 
-  // The largest deviation of a face around either centre: each face has that of its worst corner.
-  double surroundings_deviation(VertexId root, VertexId removed) const {
-    float worst = std::max(deviations_[root], deviations_[removed]);
-    for (const VertexId centre : {root, removed}) {
-      for (const VertexId w : rings_.ring(centre)) {
-        if (w != kOutside) worst = std::max(worst, deviations_[w]);
-      }
-    }
-    return worst;
-  }
-
-  double merge_deviation(VertexId root, VertexId removed, const glm::dvec3& target) {
-    const auto root_ring = rings_.ring(root);
-    const auto removed_ring = rings_.ring(removed);
-    const std::size_t at_root = rings_.position_in_ring(removed, root);
-    const std::size_t at_removed = rings_.position_in_ring(root, removed);
-    merged_ring_.clear();
-    std::size_t gap = static_cast<std::size_t>(-1);
-    const auto add = [&](VertexId v) {
-      if (v == kOutside) gap = merged_ring_.size();
-      merged_ring_.push_back(v == kOutside ? target : places_[v]);
-    };
-    for (std::size_t i = 1; i < removed_ring.size(); ++i) add(removed_ring[(at_root + i) % removed_ring.size()]);
-    for (std::size_t i = 2; i + 1 < root_ring.size(); ++i) add(root_ring[(at_removed + i) % root_ring.size()]);
-    return deviation_.bound({merged_ring_, gap, removed_ring.size() - 2, places_[root], places_[removed], target});
-  }
-
-  void push(const Candidate& candidate) {
-    heap_.push_back(candidate);
-    std::push_heap(heap_.begin(), heap_.end(), Dearer{});
-  }
-
-  // At least 1, more for merges that take many bits: those whose arc ranks low among the arcs of its length
-  // (RingGeometry::first_of_rank), and those whose hidden centre lies off the middle of its own ring.
-  double coding_penalty(VertexId root, VertexId removed, const glm::dvec3& target) {
-    const auto root_ring = rings_.ring(root);
-    const auto removed_ring = rings_.ring(removed);
-    const std::size_t at_root = rings_.position_in_ring(removed, root);
-    const std::size_t at_removed = rings_.position_in_ring(root, removed);
-    const std::size_t arc = removed_ring.size() - 2;  // ring steps from wing to wing
-    squares_.clear();                                 // of the merged ring's spokes, from the first wing on
-    glm::dvec3 middle = places_[root];
-    double neighbours = 1.0;
-    bool open = false;
-    const auto add = [&](VertexId v, bool of_removed) {
-      open |= v == kOutside;
-      const glm::dvec3 spoke = v == kOutside ? glm::dvec3(0.0) : places_[v] - target;
-      squares_.push_back(glm::dot(spoke, spoke));
-      if (!of_removed || v == kOutside) return;
-      middle += places_[v];
-      neighbours += 1.0;
-    };
-    for (std::size_t i = 1; i < removed_ring.size(); ++i) add(removed_ring[(at_root + i) % removed_ring.size()], true);
-    for (std::size_t i = 2; i + 1 < root_ring.size(); ++i) add(root_ring[(at_removed + i) % root_ring.size()], false);
-    const std::size_t size = squares_.size();
-    const auto reach = [&](std::size_t first) {
-      double sum = -0.4 * (squares_[first] + squares_[(first + arc) % size]);
-      for (std::size_t i = 1; i < arc; ++i) sum += squares_[(first + i) % size];
-      return sum;
-    };
-    int rank = 0;
-    const double own = reach(0);
-    for (std::size_t first = 1; first < size && !open; ++first) rank += reach(first) > own ? 1 : 0;
-    double mean_square = 0.0;
-    for (const double square : squares_) mean_square += square / static_cast<double>(size);
-    const glm::dvec3 off = places_[removed] - middle / neighbours;
-    const double off_middle = mean_square > 0.0 ? glm::dot(off, off) / mean_square : 0.0;
-    return 1.0 + options_.coding_weight * (0.3 * std::min(rank, 6) + off_middle);
+  // At least 1, more for merges that take many bits.
+  double coding_penalty(const Merge& merge) {
+    const auto effort = ring_.coding_effort(places_[merge.root], places_[merge.removed], merge.target);
+    return 1.0 + options_.coding_weight * (0.3 * std::min(effort.rank, 6) + effort.off_middle);
   }
 
   const SimplifyOptions& options_;
   std::vector<glm::dvec3> places_;
   RingMesh rings_;
   std::unique_ptr<MergeCost> cost_;
-  std::vector<std::uint32_t> patch_root_;  // the generation in which the vertex became a patch's root
-  std::vector<std::uint8_t> patch_splits_;  // how many vertices that root has absorbed in that generation
-  std::vector<std::uint32_t> changes_;
-  std::vector<float> deviations_;       // by vertex: how far the faces around it may be off
-  std::vector<std::uint8_t> halvings_;  // by vertex: MergeHistory::middle_depth
-  std::vector<VertexId> live_;
-  std::vector<Candidate> sorted_;  // this generation's first candidates
-  std::size_t next_sorted_ = 0;
-  std::vector<Candidate> heap_;  // those judged since
-  std::vector<double> squares_;
-  std::vector<glm::dvec3> merged_ring_;
-  MergeDeviation deviation_;
+  std::vector<Marks> marks_;
+  std::vector<std::uint8_t> patch_splits_;  // how many vertices a root has absorbed in this generation
+  std::vector<std::uint8_t> halvings_;      // by vertex: MergeHistory::middle_depth
+  MergeQueue queue_;
+  bool everything_ = false;  // the last resort: no limit on cost, faces may turn up to a right angle
+  MergedRing ring_;          // of the merge at hand
+  DeviationTracker deviations_;
   std::uint32_t alive_;
-  std::uint32_t generation_ = 0;
 };
 
 }  // namespace

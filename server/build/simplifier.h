@@ -51,7 +51,8 @@ struct MergeHistory {
 
 // Within a generation every merge obeys the paper's two conditions on patches: all faces around both centres are free or belong
 // to the root's own patch, so that patches share no face and can be split in any order. Judged in the model's own
-// coordinates. Precondition: `mesh` is an oriented manifold. Deterministic; single-threaded.
+// coordinates. Precondition: `mesh` is an oriented manifold. Deterministic, though a large mesh gets a second thread if there is
+// a processor for it; `progress` is called on the calling one.
 MergeHistory simplify(const TriangleMesh& mesh, const SimplifyOptions& options);
 
 }  // namespace fanstream

@@ -21,42 +21,38 @@ VertexId apex(const TriangleMesh& mesh, HalfEdge h) { return mesh.triangles[h / 
 // All half-edges, grouped by undirected edge.
 class EdgeGroups {
  public:
-  explicit EdgeGroups(const TriangleMesh& mesh) : mesh_(&mesh), first_(mesh.positions.size() + 1, 0) {
+  explicit EdgeGroups(const TriangleMesh& mesh) : first_(mesh.positions.size() + 1, 0) {
+    const auto low = [&](HalfEdge h) { return std::min(origin(mesh, h), target(mesh, h)); };
     const auto count = static_cast<HalfEdge>(3 * mesh.triangles.size());
-    half_edges_.resize(count);
+    keys_.resize(count);
     for (HalfEdge h = 0; h < count; ++h) ++first_[low(h) + 1];
     for (std::size_t v = 1; v < first_.size(); ++v) first_[v] += first_[v - 1];
     std::vector<HalfEdge> next(first_.begin(), first_.end() - 1);
-    for (HalfEdge h = 0; h < count; ++h) half_edges_[next[low(h)]++] = h;
-    for (std::size_t v = 0; v + 1 < first_.size(); ++v) {
-      std::sort(half_edges_.begin() + first_[v], half_edges_.begin() + first_[v + 1], [this](HalfEdge a, HalfEdge b) {
-        const VertexId high_a = high(a);
-        const VertexId high_b = high(b);
-        return high_a != high_b ? high_a < high_b : a < b;
-      });
+    for (HalfEdge h = 0; h < count; ++h) {
+      const std::uint64_t high = std::max(origin(mesh, h), target(mesh, h));
+      keys_[next[low(h)]++] = high << 32U | h;
     }
+    for (std::size_t v = 0; v + 1 < first_.size(); ++v)
+      std::sort(keys_.begin() + first_[v], keys_.begin() + first_[v + 1]);
   }
 
   // Calls use(group) with the half-edges of each edge, by ascending number.
   template <class Use>
   void for_each(Use use) {
     for (std::size_t v = 0; v + 1 < first_.size(); ++v) {
-      for (HalfEdge begin = first_[v]; begin < first_[v + 1];) {
-        HalfEdge end = begin + 1;
-        while (end < first_[v + 1] && high(half_edges_[end]) == high(half_edges_[begin])) ++end;
-        use(std::span<HalfEdge>(half_edges_).subspan(begin, end - begin));
-        begin = end;
+      for (HalfEdge at = first_[v]; at < first_[v + 1];) {
+        const std::uint64_t high = keys_[at] >> 32U;
+        group_.clear();
+        for (; at < first_[v + 1] && keys_[at] >> 32U == high; ++at) group_.push_back(static_cast<HalfEdge>(keys_[at]));
+        use(std::span<HalfEdge>(group_));
       }
     }
   }
 
  private:
-  VertexId low(HalfEdge h) const { return std::min(origin(*mesh_, h), target(*mesh_, h)); }
-  VertexId high(HalfEdge h) const { return std::max(origin(*mesh_, h), target(*mesh_, h)); }
-
-  const TriangleMesh* mesh_;
-  std::vector<HalfEdge> first_;  // per vertex: its edges to greater vertices
-  std::vector<HalfEdge> half_edges_;
+  std::vector<HalfEdge> first_;      // per vertex: its edges to greater vertices
+  std::vector<std::uint64_t> keys_;  // the greater vertex and the half-edge
+  std::vector<HalfEdge> group_;      // the one at hand
 };
 
 // Regions of faces joined so far, each with a parity: whether its faces must be reversed relative to the root region.
@@ -106,6 +102,7 @@ class Pairer {
 
   FacePairing run() {
     EdgeGroups groups(mesh_);
+    if (pair_all(groups)) return std::move(result_);
     remove_duplicates(groups);
     if (result_.duplicate_triangles > 0) groups = EdgeGroups(mesh_);
     result_.opposite.assign(3 * mesh_.triangles.size(), kNoHalfEdge);
@@ -128,6 +125,20 @@ class Pairer {
     result_.opposite[b] = a;
   }
 
+  // Pairs the faces of a mesh that is well-formed as it is, as most are; false, with nothing paired, if it is not.
+  bool pair_all(EdgeGroups& groups) {
+    result_.opposite.assign(3 * mesh_.triangles.size(), kNoHalfEdge);
+    bool well_formed = true;
+    groups.for_each([&](std::span<HalfEdge> group) {
+      if (!well_formed || group.size() == 1) return;
+      well_formed = group.size() == 2 && origin(mesh_, group[0]) != origin(mesh_, group[1]) &&
+                    apex(mesh_, group[0]) != apex(mesh_, group[1]);
+      if (well_formed) join(group[0], group[1]);
+    });
+    if (!well_formed) result_.opposite.clear();
+    return well_formed;
+  }
+
   bool runs_up(HalfEdge h) const { return (origin(mesh_, h) < target(mesh_, h)) != flipped(h); }
   bool flipped(HalfEdge h) const { return flip_[h / 3] != 0; }
 
@@ -144,7 +155,6 @@ class Pairer {
       for (std::size_t i = 1; i < group.size(); ++i) {
         if (apex(mesh_, group[i]) == apex(mesh_, group[i - 1])) dead[group[i] / 3] = 1;
       }
-      if (group.size() > 2) std::sort(group.begin(), group.end());
     });
     std::size_t kept = 0;
     for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
