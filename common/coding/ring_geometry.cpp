@@ -76,22 +76,6 @@ void RingGeometry::lay_out_long(const LinkedFans& fans) {
   gap_ = found != 0 ? found - 1 : size_;
 }
 
-void FanWalk::go_around(const LinkedFans& fans, VertexId v) {
-  size = fans.ring_size(v);
-  const LinkedFans::Corner* all = fans.corners();
-  LinkedFans::CornerId corner = fans.corner(v);
-  const auto eight = [&](std::size_t from) {
-    for (std::size_t i = from; i < from + 8; ++i) {
-      const LinkedFans::Corner c = all[corner];
-      ids[i] = c.neighbour;
-      corners[i] = corner;
-      corner = c.next;
-    }
-  };
-  eight(0);
-  if (size > 8) eight(8);
-}
-
 void RingGeometry::load(const LinkedFans& fans, VertexId root) {
   FanWalk walk;
   walk.go_around(fans, root);

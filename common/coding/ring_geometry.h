@@ -19,9 +19,22 @@ struct FanWalk {
   alignas(16) std::array<VertexId, kEntries> ids;
   alignas(16) std::array<LinkedFans::CornerId, kEntries> corners;
 
-  void go_around(const LinkedFans& fans, VertexId v);
-  // How many entries have been filled: eight are enough for most fans.
-  std::uint32_t filled() const { return size <= 8 ? 8 : kEntries; }
+  void go_around(const LinkedFans& fans, VertexId v) {
+    size = fans.ring_size(v);
+    const LinkedFans::CornerId at = go_eight(fans.corners(), fans.corner(v), 0);
+    if (size > 8) go_eight(fans.corners(), at, 8);
+  }
+
+ private:
+  LinkedFans::CornerId go_eight(const LinkedFans::Corner* all, LinkedFans::CornerId corner, std::size_t from) {
+    for (std::size_t i = from; i < from + 8; ++i) {
+      const LinkedFans::Corner c = all[corner];
+      ids[i] = c.neighbour;
+      corners[i] = corner;
+      corner = c.next;
+    }
+    return corner;
+  }
 };
 
 // All lengths are in grid steps of the finest axis, in single precision with plain IEEE operations only, so that

@@ -99,7 +99,7 @@ std::uint64_t code_roots(const FanState& state, const CellVertices& vertices, st
   std::uint64_t sum = 0;
   std::size_t roots = 0;
   for (std::size_t size = next_group(); size != 0;) {
-    if (coding.roots.size() < roots + CellCoding::kRootGroup) coding.roots.resize(2 * roots + CellCoding::kRootGroup);
+    if (coding.roots.size() < roots + CellCoding::kRootGroup) coding.roots.resize(2 * (roots + CellCoding::kRootGroup));
     const std::size_t before = roots;
     for (std::size_t i = 0; i < size; ++i) {
       const VertexId v = vertices.at(group[i]);
@@ -107,13 +107,14 @@ std::uint64_t code_roots(const FanState& state, const CellVertices& vertices, st
       const int table = SymbolContexts::split_count(context.valence, generation - context.touched);
       const std::uint32_t splits =
           code_large(fast.coder, coding.model.symbols[static_cast<std::size_t>(table)], source.split_count(v));
+      // Whether it is a root or not: while symbols wait for each other, there is time.
+      coding.roots[roots].walk.go_around(state.fans, v);
       coding.roots[roots].vertex = v;
       coding.roots[roots].splits = splits;
       roots += splits != 0 ? 1 : 0;
       sum += splits;
     }
     size = next_group();
-    for (std::size_t i = before; i < roots; ++i) coding.roots[i].walk.go_around(state.fans, coding.roots[i].vertex);
     for (std::size_t i = before; i < roots; ++i) {
       close_neighbours(state, vertices.cell, coding.roots[i].vertex, coding.roots[i].walk, coding.closed);
     }
