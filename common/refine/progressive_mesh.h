@@ -44,7 +44,8 @@ class ProgressiveMesh {
   bool holds(std::uint32_t cell, std::uint32_t segment) const;
   // The coarsest generation that some cell still lacks, less one.
   std::uint32_t complete_generation() const;
-  // The mesh as it is now in the model's coordinates; vertices are renumbered without gaps, in order.
+  // The mesh as it is now in the model's coordinates; vertices are renumbered without gaps, in order; triangles are ordered by
+  // their smallest vertices, which stand first.
   TriangleMesh triangle_mesh() const;
   std::size_t memory_bytes() const;
 
