@@ -44,6 +44,19 @@ void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std
   }
 }
 
+// The children of a complete cell take its place beside others, which then need not look around again.
+void ProgressiveMesh::hand_over_neighbours(const Cell& parent, const CellEntry& entry) {
+  const std::uint32_t end = entry.first_child + entry.child_count;
+  for (const std::uint32_t n : parent.neighbours) std::erase(cells_[n].neighbours, parent.vertices.cell);
+  for (std::uint32_t child = entry.first_child; child < end; ++child) {
+    find_neighbours(cells_[child], child);
+    for (const std::uint32_t n : cells_[child].neighbours) {
+      const bool sibling = n >= entry.first_child && n < end;
+      if (!sibling && cells_[n].neighbours_known) cells_[n].neighbours.push_back(child);
+    }
+  }
+}
+
 std::uint32_t ProgressiveMesh::layer_of(std::uint32_t generation) const {
   const auto& ends = head_->layer_ends;
   return static_cast<std::uint32_t>(std::lower_bound(ends.begin(), ends.end(), generation) - ends.begin());
@@ -176,7 +189,9 @@ std::vector<VertexId> ProgressiveMesh::vertices_of(const Cell& cell) const {
 }
 
 void ProgressiveMesh::complete_cell(Cell& cell, const CellEntry& entry) {
-  if (entry.child_count > 0) start_cells(vertices_of(cell), entry.first_child, entry.child_count, entry.slab + 1);
+  if (entry.child_count == 0) return;
+  start_cells(vertices_of(cell), entry.first_child, entry.child_count, entry.slab + 1);
+  hand_over_neighbours(cell, entry);
 }
 
 // Generation by generation over all cells, so that the mesh is equally fine everywhere when it has to stop.
@@ -220,10 +235,13 @@ Result<void> ProgressiveMesh::refine_in_depth() {
     stack.pop_back();
     const CellEntry& entry = index_->cells[c];
     if (Result<void> advanced = advance(c, slab_end(entry.slab)); !advanced) return advanced;
-    if (cells_[c].done != slab_end(entry.slab)) continue;
+    if (cells_[c].done != slab_end(entry.slab)) {
+      enqueue(c);  // it waits on
+      continue;
+    }
     for (std::uint32_t i = entry.child_count; i-- > 0;) stack.push_back(entry.first_child + i);
   }
-  for (const std::uint32_t c : take_waiting()) enqueue(c);
+  for (const std::uint32_t c : take_waiting()) enqueue(c);  // once each, and only those that still wait
   return {};
 }
 
@@ -259,6 +277,8 @@ void ProgressiveMesh::retract_children(Cell& cell, std::uint32_t cell_number) {
   const CellEntry& entry = index_->cells[cell_number];
   for (std::uint32_t i = 0; i < entry.child_count; ++i) {
     Cell& child = cells_[entry.first_child + i];
+    for (const std::uint32_t n : child.neighbours) cells_[n].neighbours_known = false;
+    child.neighbours.clear();
     child.started = false;
     child.vertices = {};
     child.decoder = {};

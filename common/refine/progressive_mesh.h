@@ -76,6 +76,7 @@ class ProgressiveMesh {
   Result<void> advance(std::uint32_t cell, std::uint32_t generation);
   bool surroundings_ready(Cell& cell, std::uint32_t cell_number, std::uint32_t& lagging);
   void find_neighbours(Cell& cell, std::uint32_t cell_number);
+  void hand_over_neighbours(const Cell& parent, const CellEntry& entry);
   Result<void> apply_generation(std::uint32_t cell_number);
   Result<void> decode_generation(Cell& cell, const CellEntry& entry, std::uint32_t generation);
   void roll_back(std::uint32_t cell_number, std::uint32_t target, std::uint32_t generation);
