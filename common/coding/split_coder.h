@@ -1,4 +1,4 @@
-// FanSplits to symbols and back, given the canonical rings of their roots. Described step by step in CODING.md.
+// FanSplits to symbols and back, given the rings of their roots. Described step by step in CODING.md.
 //
 // Splits are coded by batches of independent ones, stage by stage: what a decoder computes for one split then runs beside what it
 // computes for the others, and only the symbols themselves have to wait for each other.
