@@ -166,6 +166,8 @@ class RunningNumber {
   float spread_;
 };
 
+constexpr std::int32_t kMostSegmentWords = 0xFFFFFF;
+
 // One slab's cells in order. `code(cell)` of a decoder fills the cell; false if a number is impossible.
 class CellTableCoder {
  public:
@@ -184,12 +186,15 @@ class CellTableCoder {
     cell.child_count = static_cast<std::uint32_t>(children);
     for (std::size_t s = 0; s < segments.size(); ++s) {
       SegmentEntry& segment = segments[s];
-      const std::int32_t size = sizes_[s].code(coder, static_cast<std::int32_t>(segment.size_bytes / 2));
-      if (size < 0 || size > 0xFFFFFF) return false;
-      segment.size_bytes = 2 * static_cast<std::uint32_t>(size);
-      if (size == 0) continue;
-      const unsigned high = coder.bits(8, segment.checksum >> 8U);
-      segment.checksum = static_cast<std::uint16_t>(high << 8U | coder.bits(8, segment.checksum & 0xFFU));
+      if (splits > 0) {
+        const std::int32_t size = sizes_[s].code(coder, static_cast<std::int32_t>(segment.size_bytes / 2));
+        if (size < 0 || size > kMostSegmentWords) return false;
+        segment.size_bytes = 2 * static_cast<std::uint32_t>(size);
+      }
+      if (segment.size_bytes != 0) {
+        const unsigned high = coder.bits(8, segment.checksum >> 8U);
+        segment.checksum = static_cast<std::uint16_t>(high << 8U | coder.bits(8, segment.checksum & 0xFFU));
+      }
       const std::int32_t error = errors_[s].code(coder, segment.error_code);
       if (error < 0 || error > 255) return false;
       segment.error_code = static_cast<std::uint8_t>(error);

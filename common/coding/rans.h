@@ -65,14 +65,6 @@ class RansDecoder {
     consume(slot, table.start(found), table.frequency(found));
     return found;
   }
-  // Whether the next symbol is 0, and if so reads it: where it mostly is, that is faster than to look it up.
-  [[gnu::always_inline]] bool is_zero(const FrequencyTable& table) {
-    const std::uint32_t slot = state_ & (FrequencyTable::kTotal - 1);
-    const std::uint32_t end = table.start(1);
-    if (slot >= end) return false;
-    consume(slot, 0, end);
-    return true;
-  }
   [[gnu::always_inline]] unsigned bits(int count, unsigned /*value*/) {
     const std::uint32_t slot = state_ & (FrequencyTable::kTotal - 1);
     const int shift = FrequencyTable::kBits - count;

@@ -1,4 +1,4 @@
-// What coder and decoder both see of a root before it is split: its canonical ring in space.
+// What coder and decoder both see of a root before it is split: its ring in space.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 
 namespace fanstream {
 
-// A fan as it is linked: the vertices around it and the corners that spell them. Sixteen entries, which beyond the fan's end go
-// around again; of a longer fan only the first.
+// A fan as it is linked: the vertices around it and the corners that spell them, eight entries for a fan of up to eight, else
+// sixteen. Beyond the fan's end they go around again; of a fan longer than that they are the first.
 struct FanWalk {
   static constexpr std::uint32_t kEntries = 16;
   std::uint32_t size = 0;  // of the fan
@@ -37,7 +37,7 @@ struct FanWalk {
   }
 };
 
-// All lengths are in grid steps of the finest axis, in single precision with plain IEEE operations only, so that
+// All lengths are in grid steps, in single precision with plain IEEE operations only, so that
 // every machine computes the same bits. Reused from split to split to avoid allocation; not thread safe.
 class RingGeometry {
  public:
@@ -45,8 +45,9 @@ class RingGeometry {
   // where the fan starts (LinkedFans::corner), which its own splits alone determine.
   void load(const LinkedFans& fans, VertexId root);
   void load(const LinkedFans& fans, VertexId root, const FanWalk& walk);  // which has gone around the root
-  // Then where it lies. `unit` is the size of one code step of each axis, 0 in the fourth lane.
-  void place(std::span<const FanVertex> vertices, Float4 unit);
+  // Then where it lies. `unit` is the size of one code step of each axis, 0 in the fourth lane. False if a neighbour was touched
+  // in generation `not_touched_in`.
+  bool place(std::span<const FanVertex> vertices, Float4 unit, std::uint32_t not_touched_in = 255);
   // Then its shape.
   void measure();
   void assign(const LinkedFans& fans, VertexId root, std::span<const FanVertex> vertices, Float4 unit) {
@@ -85,7 +86,7 @@ class RingGeometry {
   void lay_out_long(const LinkedFans& fans);
   void note(std::uint32_t at, Uint4 ids, Uint4& gap);
   template <std::uint32_t blocks>
-  void place_blocks(std::span<const FanVertex> vertices, Float4 unit);
+  bool place_blocks(std::span<const FanVertex> vertices, Float4 unit, std::uint32_t not_touched_in);
   template <std::uint32_t blocks>
   void measure_blocks();
   template <std::uint32_t blocks>

@@ -18,7 +18,7 @@ namespace fanstream {
 // A split on its way between values and symbols.
 struct SplitInProgress {
   RingGeometry ring;           // of the root, to be assigned before
-  FanSplit split;              // given to an encoder, found by a decoder; wings are canonical ring positions
+  FanSplit split;              // given to an encoder, found by a decoder; wings are ring positions
   bool last_of_patch = false;  // the root has no more splits in this generation
   std::uint32_t length = 1;    // of the arc, in ring steps
   std::uint32_t rank = 0;      // of the arc among those of its length; on an open ring, from the gap
@@ -53,14 +53,6 @@ template <class Coder>
   const unsigned rest = value - escape;
   const unsigned high = coder.bits(12, rest >> 12U);
   return escape + (high << 12U) + coder.bits(12, rest & 0xFFFU);
-}
-
-template <class Coder>
-[[gnu::always_inline]] inline std::uint32_t code_often_zero(Coder& coder, const FrequencyTable& table, std::uint32_t value) {
-  if constexpr (Coder::kDecodes) {
-    if (coder.is_zero(table)) [[likely]] return 0;
-  }
-  return code_large(coder, table, value);
 }
 
 inline Opening opening_of(const RingGeometry& ring, std::uint32_t first, std::uint32_t last) {

@@ -59,7 +59,7 @@ struct PredictionContexts {
 };
 
 // Expected size of what the prediction leaves, as 8ths of a binary logarithm of grid steps: along the predicted direction
-// and across it by the ring's mean spoke, along the normal by its bend and by the two's ratio.
+// and across it by the ring's mean square spoke, along the normal by its bend square and by the two's ratio.
 struct SpreadContexts {
   static constexpr int kSizes = 28;  // half octaves from 2^-2
   static constexpr int kRatios = 3;

@@ -18,8 +18,8 @@ enum class ParentPosition : std::uint8_t {
   added = 2,   // at the centre that the split adds
 };
 
-// One split of the fan of `root`: the new vertex takes the ring from position `first` to position `last` of the root's
-// canonical ring (RingMesh::split). Whether each of the two fans is open or closed afterwards (the paper's loop_predict)
+// One split of the fan of `root`: the new vertex takes the ring from position `first` to position `last` of the root's ring, which
+// starts where its fan does (LinkedFans::corner). Whether each of the two fans is open or closed afterwards (the paper's loop_predict)
 // follows from where kOutside stands. Normals are not transmitted: they are computed from the fans.
 struct FanSplit {
   VertexId root = 0;

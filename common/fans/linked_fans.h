@@ -35,7 +35,8 @@ class LinkedFans {
   bool contains(VertexId v) const { return v < fans_.size() && fans_[v].count != 0; }
   // The faces of a fan, those to kOutside included, which is also the size of the ring, with kOutside once on a boundary.
   std::uint32_t ring_size(VertexId v) const { return fans_[v].count; }
-  // Where the fan starts: after a split at the first of the new faces, before that at any corner, whatever happens around it.
+  // Where the fan starts: of a root at the first of the faces that its latest split inserted, of a new vertex at its corner of that
+  // face, before the first split at the vertex's last corner in the order of faces. It does not depend on what is split around it.
   CornerId corner(VertexId v) const { return fans_[v].corner; }
   const Corner* corners() const { return corners_.data(); }
   // The ring, counter-clockwise seen from outside, from corner(v) on. Empty for a vertex that is not in the mesh.

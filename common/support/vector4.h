@@ -1,5 +1,5 @@
 // Four numbers at once, by the vector extension of GCC and clang: each lane is computed by plain IEEE or integer operations, so
-// results are the same bits on every machine, with vector units or without.
+// results are the same bits on every machine whose vector units round as IEEE 754 says (SSE2, AArch64, WebAssembly).
 #pragma once
 
 #include <bit>

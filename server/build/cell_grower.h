@@ -21,8 +21,7 @@ class CellGrower {
     return static_cast<std::uint32_t>(std::max<std::size_t>(1, (vertices + cell_vertices / 2) / cell_vertices));
   }
 
-  // Replays everything. `use_cells(slab, entries)` sees the cells of a slab before they grow; `coder(cell)` gives the coder of a cell;
-  // `end_layer(layer, cell)` is called for each cell when a layer is through.
+  // Replays everything. `coder(cell)` gives the coder of a cell; `hook` sees each split's ring before it is coded; `end_layer(layer, cell)` is called for each cell when a layer is through.
   template <class Coder, class Hook, class EndLayer>
   Result<void> replay(const SplitModel& model, Coder&& coder, Hook&& hook, EndLayer&& end_layer) {
     CellCoding coding(model, head_.grid);
