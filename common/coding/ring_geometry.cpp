@@ -97,14 +97,11 @@ void RingGeometry::load(const LinkedFans& fans, VertexId root, const FanWalk& wa
 
 // Sums run in the order that CODING.md states: it is part of the format, since floating-point sums depend on it.
 template <std::uint32_t blocks>
-bool RingGeometry::place_blocks(std::span<const FanVertex> vertices, Float4 unit, std::uint32_t not_touched_in) {
+void RingGeometry::place_blocks(std::span<const FanVertex> vertices, Float4 unit) {
   const VertexId* neighbours = neighbours_.data();
   Float4* spokes = spokes_.data();
   float* sums = square_sums_.data();
   const Int4 centre = vertices[root_].place4();
-  const Int4 kTouched = FanVertex{{0, 0, 0}, {0, 0xFF, 0}}.place4();
-  const Int4 forbidden = FanVertex{{1, 1, 1}, {0, static_cast<std::uint8_t>(not_touched_in), 0}}.place4();
-  Uint4 touched{};
   Float4* spoke_sums = spoke_sums_.data();
   Float4 sum{};
   spoke_sums[0] = sum;
@@ -115,9 +112,7 @@ bool RingGeometry::place_blocks(std::span<const FanVertex> vertices, Float4 unit
   for (std::uint32_t k = 0; k < block_count<blocks>(); ++k) {
     std::array<Float4, 4> s;
     for (std::uint32_t j = 0; j < 4; ++j) {
-      const Int4 neighbour = vertices[neighbours[4 * k + j]].place4();
-      touched |= mask_of((neighbour & kTouched) == forbidden);
-      s[j] = to_float4(neighbour - centre) * unit;
+      s[j] = to_float4(vertices[neighbours[4 * k + j]].place4() - centre) * unit;
       spokes[4 * k + j] = s[j];
       sum += s[j];
       spoke_sums[4 * k + j + 1] = sum;
@@ -131,13 +126,16 @@ bool RingGeometry::place_blocks(std::span<const FanVertex> vertices, Float4 unit
   const Float4 last = cross_rotated(spokes[size_ - 1], spokes[0]);
   normal_ = rotate_axes(((normals[0] + normals[1]) + (normals[2] + normals[3])) + last);
   mean_square_ = square_sum[0] / static_cast<float>(is_open() ? size_ - 1 : size_);
-  return touched[3] == 0;
 }
 
-bool RingGeometry::place(std::span<const FanVertex> vertices, Float4 unit, std::uint32_t not_touched_in) {
-  if (size_ <= 8) return place_blocks<2>(vertices, unit, not_touched_in);
-  if (size_ <= 16) return place_blocks<4>(vertices, unit, not_touched_in);
-  return place_blocks<0>(vertices, unit, not_touched_in);
+void RingGeometry::place(std::span<const FanVertex> vertices, Float4 unit) {
+  if (size_ <= 8) {
+    place_blocks<2>(vertices, unit);
+  } else if (size_ <= 16) {
+    place_blocks<4>(vertices, unit);
+  } else {
+    place_blocks<0>(vertices, unit);
+  }
 }
 
 template <std::uint32_t blocks>

@@ -45,9 +45,8 @@ class RingGeometry {
   // where the fan starts (LinkedFans::corner), which its own splits alone determine.
   void load(const LinkedFans& fans, VertexId root);
   void load(const LinkedFans& fans, VertexId root, const FanWalk& walk);  // which has gone around the root
-  // Then where it lies. `unit` is the size of one code step of each axis, 0 in the fourth lane. False if a neighbour was touched
-  // in generation `not_touched_in`.
-  bool place(std::span<const FanVertex> vertices, Float4 unit, std::uint32_t not_touched_in = 255);
+  // Then where it lies. `unit` is the size of one code step of each axis, 0 in the fourth lane.
+  void place(std::span<const FanVertex> vertices, Float4 unit);
   // Then its shape.
   void measure();
   void assign(const LinkedFans& fans, VertexId root, std::span<const FanVertex> vertices, Float4 unit) {
@@ -86,7 +85,7 @@ class RingGeometry {
   void lay_out_long(const LinkedFans& fans);
   void note(std::uint32_t at, Uint4 ids, Uint4& gap);
   template <std::uint32_t blocks>
-  bool place_blocks(std::span<const FanVertex> vertices, Float4 unit, std::uint32_t not_touched_in);
+  void place_blocks(std::span<const FanVertex> vertices, Float4 unit);
   template <std::uint32_t blocks>
   void measure_blocks();
   template <std::uint32_t blocks>

@@ -48,7 +48,6 @@ struct CellCoding {
   std::array<SplitInProgress, kBatch> batch;
   std::vector<Root> roots;  // of a generation of a cell, with the splits they still have: the first root_count
   std::size_t root_count = 0;
-  bool roots_apart = true;  // as those of every sound asset are
   std::vector<std::uint8_t> closed;  // by index in the cell: no root in this generation
 
   CellCoding(const SplitModel& split_model, const PositionGrid& position_grid)
@@ -59,27 +58,24 @@ namespace detail {
 
 // Kept out of the way of what is decoded.
 [[gnu::cold, gnu::noinline]] Result<void> too_many_splits(std::uint32_t cell);
-[[gnu::cold, gnu::noinline]] Result<void> roots_too_close(std::uint32_t cell);
 [[gnu::cold, gnu::noinline]] Result<void> off_the_grid(std::uint32_t cell, VertexId root);
 
 // Patches of one generation share no face: no neighbour of a root is one.
 inline void close_neighbours(const FanState& state, std::uint32_t cell, VertexId root, const FanWalk& walk,
                              std::vector<std::uint8_t>& closed) {
-  std::uint8_t& own = closed[state.cells[root].index];
-  const std::uint8_t before = own;  // what is not of the cell is written there
+  const std::uint32_t own = state.cells[root].index;
   const auto close = [&](VertexId w) {
     const FanState::CellPlace place = state.cells[w == kOutside ? root : w];
-    *(place.cell == cell ? &closed[place.index] : &own) = 1;
+    closed[place.cell == cell ? place.index : own] = 1;  // to close the root itself does no harm
   };
   if (walk.size > FanWalk::kEntries) {
     state.fans.for_each_neighbour(root, close);
-  } else {
-    for (std::size_t i = 0; i < 8; ++i) close(walk.ids[i]);
-    if (walk.size > 8) {
-      for (std::size_t i = 8; i < FanWalk::kEntries; ++i) close(walk.ids[i]);
-    }
+    return;
   }
-  own = before;
+  for (std::size_t i = 0; i < 8; ++i) close(walk.ids[i]);
+  if (walk.size > 8) {
+    for (std::size_t i = 8; i < FanWalk::kEntries; ++i) close(walk.ids[i]);
+  }
 }
 
 // How often each vertex of the cell is split, by groups of kRootGroup vertices that are not closed; fills coding.roots and
@@ -124,9 +120,6 @@ std::uint64_t code_roots(const FanState& state, const CellVertices& vertices, st
     }
   }
   coding.root_count = roots;
-  coding.roots_apart = std::none_of(coding.roots.begin(), coding.roots.begin() + static_cast<std::ptrdiff_t>(roots), [&](const auto& root) {
-    return coding.closed[state.cells[root.vertex].index] != 0;
-  });
   return sum;
 }
 
@@ -145,11 +138,7 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
     batch[i].split.root = v;
     batch[i].last_of_patch = --roots[i].splits == 0;
   }
-  // Before its first split nothing around a root has been touched in this generation, in whatever cell.
-  const std::uint32_t not_touched_in = first_round ? generation : kMostGenerations + 1;
-  bool apart = true;
-  for (SplitInProgress& s : batch) apart &= s.ring.place(state.vertices, coding.units.size, not_touched_in);
-  if (!apart) return roots_too_close(vertices.cell);
+  for (SplitInProgress& s : batch) s.ring.place(state.vertices, coding.units.size);
   for (SplitInProgress& s : batch) s.ring.measure();
   for (SplitInProgress& s : batch) {
     const VertexId root = s.split.root;
@@ -180,8 +169,7 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 //   std::uint32_t split_count(VertexId) and FanSplit split(const RingGeometry&, VertexId root)
 // and is told made(const SplitUndo&, VertexId added) of each split. Splits come in rounds: the first of every root, then the second of those
 // that have two, and so on; a root's next one is asked for after the one before was made.
-// `generation` counts from 1. Fails if decoded splits leave the grid, outnumber the cell table's or lie side by side; the mesh is
-// sound then, but of no use.
+// `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid or outnumber the cell table's.
 template <class Coder, class Source>
 Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint32_t generation, Coder& coder,
                              Source& source, CellCoding& coding) {
@@ -191,7 +179,6 @@ Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint3
   if (repeated || splits > vertices.most_new - vertices.made) {
     return detail::too_many_splits(vertices.cell);
   }
-  if (!coding.roots_apart) return detail::roots_too_close(vertices.cell);
   for (std::uint32_t round = 0; !roots.empty(); ++round) {
     for (std::size_t begin = 0; begin < roots.size(); begin += CellCoding::kBatch) {
       const std::size_t size = std::min(CellCoding::kBatch, roots.size() - begin);
