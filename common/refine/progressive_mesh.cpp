@@ -215,6 +215,7 @@ std::vector<std::uint32_t> ProgressiveMesh::take_waiting() {
 Result<void> ProgressiveMesh::refine_in_depth() {
   std::vector<std::uint32_t> stack = take_waiting();
   std::reverse(stack.begin(), stack.end());
+  const std::vector<std::uint32_t> begun_with = stack;
   while (!stack.empty()) {
     const std::uint32_t c = stack.back();
     stack.pop_back();
@@ -223,6 +224,8 @@ Result<void> ProgressiveMesh::refine_in_depth() {
     if (cells_[c].done != slab_end(entry.slab)) continue;
     for (std::uint32_t i = entry.child_count; i-- > 0;) stack.push_back(entry.first_child + i);
   }
+  // Those that could not go on at all wait still.
+  waiting_.front().insert(waiting_.front().end(), begun_with.begin(), begun_with.end());
   for (const std::uint32_t c : take_waiting()) enqueue(c);
   return {};
 }
