@@ -1,5 +1,6 @@
-// The seeds of the fuzz targets of assets are whole assets of the format as it is: others are refused at their eighth byte, and
-// fuzzing starts from nothing. FANSTREAM_UPDATE_GOLDEN=1 writes them anew; commit them when the format has changed.
+// The seeds of the fuzz targets of assets are whole assets of the format as it is: others are refused at their eighth
+// byte, and fuzzing starts from nothing. FANSTREAM_UPDATE_GOLDEN=1 writes them anew; commit them when the format has
+// changed.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -58,7 +59,8 @@ std::vector<char> segment_seed(std::uint8_t number, const testing::OpenAsset& as
     testing::ExactBytes bytes(asset.segment(cell, segment));
     if (bytes.view().size() > 255 || cell > 255) continue;
     bytes.flip(random.below(8 * bytes.view().size()));
-    for (const std::size_t n : {std::size_t{cell}, std::size_t{segment}, bytes.view().size()}) seed.push_back(static_cast<char>(n));
+    for (const std::size_t n : {std::size_t{cell}, std::size_t{segment}, bytes.view().size()})
+      seed.push_back(static_cast<char>(n));
     for (const std::byte b : bytes.view()) seed.push_back(static_cast<char>(b));
   }
   return seed;

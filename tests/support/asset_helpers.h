@@ -47,8 +47,8 @@ TriangleMesh on_grid(const TriangleMesh& mesh, const PositionGrid& grid);
 // Whether the mesh as it is now is an oriented manifold.
 bool is_manifold(const ProgressiveMesh& mesh, std::string* why);
 
-// All that a state is made of, as it can be compared, to where each fan starts and the order in which faces stand. Of vertices
-// that are not in the mesh nothing is kept.
+// All that a state is made of, as it can be compared, to where each fan starts and the order in which faces stand. Of
+// vertices that are not in the mesh nothing is kept.
 struct StateImage {
   std::vector<std::vector<VertexId>> rings;
   std::vector<Triangle> faces;

@@ -11,8 +11,8 @@ struct RandomRing {
   std::vector<VertexId> ring;       // as the fan starts; kOutside is somewhere in it if open
   std::vector<FanVertex> vertices;  // by number, no more than there are
 
-  // Places lie within `reach` of the root, which lies anywhere; some coincide, so that ranks have ties. Every second fan has
-  // been split before, so that it starts elsewhere.
+  // Places lie within `reach` of the root, which lies anywhere; some coincide, so that ranks have ties. Every second
+  // fan has been split before, so that it starts elsewhere.
   RandomRing(SeededRandom& random, std::uint32_t size, bool open, std::int32_t reach) {
     for (VertexId v = 1; v <= size; ++v) ring.push_back(v);
     random.shuffle(ring);

@@ -26,7 +26,8 @@ void expect_round_trip(const std::vector<Case>& cases) {
   const testing::ExactBytes bytes(encoder.finish());
   RansDecoder decoder(bytes.view());
   for (const Case& c : cases) {
-    ASSERT_EQ(tables.code(decoder, c.mean, c.spread * c.spread, 0), c.value) << "mean " << c.mean << ", spread " << c.spread;
+    ASSERT_EQ(tables.code(decoder, c.mean, c.spread * c.spread, 0), c.value)
+        << "mean " << c.mean << ", spread " << c.spread;
   }
   ASSERT_TRUE(decoder.finished_cleanly());
 }
@@ -134,7 +135,8 @@ TEST(ResidualTables, ExpectedErrorsAreCheap) {
       double normal = -6.0;
       for (int k = 0; k < 12; ++k) normal += random.unit();
       ResidualTables::instance().code(
-          encoder, 0.25F, spread * spread, static_cast<std::int32_t>(std::lround(0.25 + normal * static_cast<double>(spread))));
+          encoder, 0.25F, spread * spread,
+          static_cast<std::int32_t>(std::lround(0.25 + normal * static_cast<double>(spread))));
     }
     const double bits = 8.0 * static_cast<double>(encoder.finish().size()) / kCount;
     const double ideal = std::log2(static_cast<double>(spread) * std::sqrt(2.0 * 3.14159265358979 * 2.71828182845905));

@@ -146,7 +146,8 @@ TEST(RingGeometry, MeasuresWhatItSays) {
     const RingGeometry geometry = ring.geometry(glm::vec3(unit));
     std::vector<glm::dvec3> spokes;
     for (const VertexId v : ring.ring) {
-      spokes.push_back(v == kOutside ? glm::dvec3(0.0) : glm::dvec3(ring.vertices[v].place - ring.vertices[0].place) * unit);
+      spokes.push_back(v == kOutside ? glm::dvec3(0.0)
+                                     : glm::dvec3(ring.vertices[v].place - ring.vertices[0].place) * unit);
     }
     glm::dvec3 sum(0.0);
     glm::dvec3 normal(0.0);

@@ -37,7 +37,8 @@ std::vector<CodedCase> random_cases(SeededRandom& random, int count, std::int32_
   return cases;
 }
 
-// The splits of `cases` as they go into a coder: as an encoder gets them, or as a decoder does, which knows the rings only.
+// The splits of `cases` as they go into a coder: as an encoder gets them, or as a decoder does, which knows the rings
+// only.
 std::vector<SplitInProgress> in_progress(const std::vector<CodedCase>& cases, const glm::vec3& unit, bool known) {
   std::vector<SplitInProgress> all(cases.size());
   for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -52,7 +53,8 @@ template <class Coder>
 void code_by_batches(Coder& coder, const SplitModel& model, const glm::vec3& unit, std::vector<SplitInProgress>& splits,
                      std::size_t batch) {
   for (std::size_t begin = 0; begin < splits.size(); begin += batch) {
-    code_splits(coder, model, AxisUnits(unit), std::span(splits).subspan(begin, std::min(batch, splits.size() - begin)));
+    code_splits(coder, model, AxisUnits(unit),
+                std::span(splits).subspan(begin, std::min(batch, splits.size() - begin)));
   }
 }
 

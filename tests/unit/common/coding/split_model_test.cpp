@@ -162,7 +162,8 @@ TEST(SplitModel, BendsAreClassedByTheRingsSizeToo) {
     const auto ratio = [&](float of_mean) {
       const float bend_square = of_mean * of_mean * mean * mean;
       return (SpreadContexts::normal(bend_square, mean * mean) - SpreadContexts::kNormal -
-              SpreadContexts::size_class(bend_square)) / SpreadContexts::kSizes;
+              SpreadContexts::size_class(bend_square)) /
+             SpreadContexts::kSizes;
     };
     EXPECT_EQ(ratio(0.06F), 0);
     EXPECT_EQ(ratio(0.065F), 1);

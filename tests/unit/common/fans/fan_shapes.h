@@ -22,8 +22,7 @@ inline std::vector<std::pair<std::string, TriangleMesh>> fan_shapes() {
   all.emplace_back("terrain", make_terrain(8, 7, 3));
   all.emplace_back("cylinder", make_open_cylinder(8, 4));
   all.emplace_back("cylinder of one row", make_open_cylinder(6, 1));
-  all.emplace_back("sphere with holes",
-                   without_unused(test::punch_holes(test::make_random_sphere(150, 2), 9)));
+  all.emplace_back("sphere with holes", without_unused(test::punch_holes(test::make_random_sphere(150, 2), 9)));
   TriangleMesh several = make_torus(5, 5);
   append(several, make_grid(3, 3), {5, 0, 0});
   append(several, make_tetrahedron(), {9, 0, 0});

@@ -200,8 +200,7 @@ TEST(LinkedFans, TheOrderOfSplitsThatShareNoFaceDoesNotMatter) {
       SeededRandom random(seed);
       constexpr std::size_t kRoots = 12;
       const LinkedFans base = fans_of(mesh, 3 * kRoots);
-      const auto by_root =
-          independent_splits(base, static_cast<VertexId>(mesh.positions.size()), kRoots, random);
+      const auto by_root = independent_splits(base, static_cast<VertexId>(mesh.positions.size()), kRoots, random);
       Image expected;
       for (int order = 0; order < 5; ++order) {
         LinkedFans fans = base;

@@ -99,7 +99,8 @@ TEST(CellCoder, GenerationsComeBackAndCanBeUndone) {
         RandomSource source{given, random, {}, left, {}, {}};
         const Result<void> coded = code_generation(given, given_cell, generation, encoder, source, coding);
         ASSERT_TRUE(coded) << coded.error().message;
-        EXPECT_TRUE(std::is_sorted(source.rounds.begin(), source.rounds.end())) << "the first split of all roots comes first";
+        EXPECT_TRUE(std::is_sorted(source.rounds.begin(), source.rounds.end()))
+            << "the first split of all roots comes first";
         left = source.left;
       }
       const testing::ExactBytes bytes(encoder.finish());
@@ -134,7 +135,8 @@ TEST(CellCoder, NeighboursThatAreBothSplitAreRefused) {
   };
   const SplitModel model;
   const PositionGrid points = grid();
-  for (const TriangleMesh& mesh : {testing::make_tetrahedron(), testing::make_torus(9, 7), test::make_double_cone(90)}) {
+  for (const TriangleMesh& mesh :
+       {testing::make_tetrahedron(), testing::make_torus(9, 7), test::make_double_cone(90)}) {
     CellCoding coding(model, points);
     SeededRandom random(1);
     FanState state = state_of(mesh, random);

@@ -68,13 +68,14 @@ FanSplit random_split(const FanState& state, VertexId root, SeededRandom& random
 
 Applied apply(FanState& state, const FanSplit& split, VertexId added, std::uint32_t generation) {
   const VertexId root = split.root;
-  const Applied applied{split, added, generation,
-                        {root, state.fans.corner(root), state.vertices[root].context, split.parent}};
+  const Applied applied{
+      split, added, generation, {root, state.fans.corner(root), state.vertices[root].context, split.parent}};
   RingGeometry ring;
   ring.load(state.fans, root);
   const LinkedFans::Arc arc{ring.corner_before(split.first), ring.corner(split.first), ring.corner_before(split.last),
                             ring.corner(split.last)};
-  const SplitPlaces places = places_after_split(state.vertices[root].place, split.parent, split.displacement, generation);
+  const SplitPlaces places =
+      places_after_split(state.vertices[root].place, split.parent, split.displacement, generation);
   apply_split(state, {state.cells[root].cell, added}, generation, split, arc, places, added);
   return applied;
 }
@@ -133,7 +134,8 @@ TEST(FanState, TheOrderOfSplitsThatShareNoFaceDoesNotMatter) {
       for (const VertexId v : candidates) {
         if (closed.contains(v) || splits.size() == kSplits) continue;
         base.fans.for_each_neighbour(v, [&](VertexId w) { closed.insert(w); });
-        splits.emplace_back(random_split(base, v, random), static_cast<VertexId>(mesh.positions.size() + splits.size()));
+        splits.emplace_back(random_split(base, v, random),
+                            static_cast<VertexId>(mesh.positions.size() + splits.size()));
       }
       Image expected;
       for (int order = 0; order < 4; ++order) {

@@ -20,7 +20,9 @@ auto lanes(Vector v) {
 }
 
 Float4 random_lanes(SeededRandom& random) {
-  const auto lane = [&] { return static_cast<float>(random.unit() - 0.5) * std::exp2(static_cast<float>(random.between(-8, 8))); };
+  const auto lane = [&] {
+    return static_cast<float>(random.unit() - 0.5) * std::exp2(static_cast<float>(random.between(-8, 8)));
+  };
   return Float4{lane(), lane(), lane(), lane()};
 }
 
@@ -78,7 +80,8 @@ TEST(Vector4, DotAndCrossAreThoseOfPlainNumbers) {
     const float dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     ASSERT_EQ(dot3(a, b), dot);
     const Float4 cross = rotate_axes(cross_rotated(a, b));
-    ASSERT_EQ(to_vec3(cross), glm::vec3(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]));
+    ASSERT_EQ(to_vec3(cross),
+              glm::vec3(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]));
     ASSERT_EQ(lanes(rotate_axes(a)), (std::array{a[1], a[2], a[0], a[3]}));
     const Float4 c = random_lanes(random);
     const Float4 d = random_lanes(random);
