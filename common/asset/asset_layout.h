@@ -13,7 +13,7 @@
 
 namespace fanstream {
 
-inline constexpr std::uint32_t kAssetVersion = 1;
+inline constexpr std::uint32_t kAssetVersion = 2;
 inline constexpr std::uint32_t kMostVertices = 1U << 28;
 inline constexpr std::size_t kPreambleBytes = 48;
 

@@ -18,9 +18,9 @@ enum class ParentPosition : std::uint8_t {
   added = 2,   // at the centre that the split adds
 };
 
-// One split of the fan of `root`: the new vertex takes the ring from position `first` to position `last` of the root's ring, which
-// starts where its fan does (LinkedFans::corner). Whether each of the two fans is open or closed afterwards (the paper's loop_predict)
-// follows from where kOutside stands. Normals are not transmitted: they are computed from the fans.
+// One split of the fan of `root`: the new vertex takes the ring from position `first` to position `last` of the root's
+// ring, counted from where its fan starts (LinkedFans). Whether each of the two fans is open or closed afterwards (the
+// paper's loop_predict) follows from where kOutside stands. Normals are not transmitted: they are computed from the fans.
 struct FanSplit {
   VertexId root = 0;
   std::uint32_t first = 0;
@@ -50,15 +50,6 @@ inline SplitPlaces places_after_split(GridPoint parent, ParentPosition position,
 inline GridPoint place_after_merge(GridPoint kept, GridPoint added, ParentPosition position, std::uint32_t generation) {
   if (position == ParentPosition::middle) return kept + halfway_offset(added - kept, generation);
   return position == ParentPosition::kept ? kept : added;
-}
-
-// Position in ring `ring` at which the canonical ring starts: its smallest number (kOutside is the largest).
-inline std::uint32_t canonical_start(std::span<const VertexId> ring) {
-  std::uint32_t best = 0;
-  for (std::uint32_t i = 1; i < ring.size(); ++i) {
-    if (ring[i] < ring[best]) best = i;
-  }
-  return best;
 }
 
 }  // namespace fanstream

@@ -58,31 +58,39 @@ namespace detail {
 
 // Kept out of the way of what is decoded.
 [[gnu::cold, gnu::noinline]] Result<void> too_many_splits(std::uint32_t cell);
+[[gnu::cold, gnu::noinline]] Result<void> neighbours_split(std::uint32_t cell);
 [[gnu::cold, gnu::noinline]] Result<void> off_the_grid(std::uint32_t cell, VertexId root);
 
-// Patches of one generation share no face: no neighbour of a root is one.
-inline void close_neighbours(const FanState& state, std::uint32_t cell, VertexId root, const FanWalk& walk,
+// Patches of one generation share no face: no neighbour of a root is one. Returns whether the root has been closed before, by a
+// root that was not known yet when it was coded itself: only damaged data do that.
+inline std::uint8_t close_neighbours(const FanState& state, std::uint32_t cell, VertexId root, const FanWalk& walk,
                              std::vector<std::uint8_t>& closed) {
   const std::uint32_t own = state.cells[root].index;
+  const std::uint8_t closed_before = closed[own];
   const auto close = [&](VertexId w) {
     const FanState::CellPlace place = state.cells[w == kOutside ? root : w];
     closed[place.cell == cell ? place.index : own] = 1;  // to close the root itself does no harm
   };
   if (walk.size > FanWalk::kEntries) {
     state.fans.for_each_neighbour(root, close);
-    return;
+    return closed_before;
   }
   for (std::size_t i = 0; i < 8; ++i) close(walk.ids[i]);
   if (walk.size > 8) {
     for (std::size_t i = 8; i < FanWalk::kEntries; ++i) close(walk.ids[i]);
   }
+  return closed_before;
 }
 
-// How often each vertex of the cell is split, by groups of kRootGroup vertices that are not closed; fills coding.roots and
-// returns the sum. What a root closes is known from the next group but one on: a decoder then waits for nothing but symbols.
+struct RootsFound {
+  std::uint64_t splits = 0;     // of all roots together
+  bool are_neighbours = false;  // two of the roots
+};
+
+// How often each vertex of the cell is split, by groups of kRootGroup vertices that are not closed; fills coding.roots. What a root closes is known from the next group but one on: a decoder then waits for nothing but symbols.
 template <class Coder, class Source>
-std::uint64_t code_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation, Coder& original,
-                         const Source& source, CellCoding& coding) {
+RootsFound code_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation, Coder& original,
+                      const Source& source, CellCoding& coding) {
   FastCoder<Coder> fast(original);
   const std::uint32_t count = vertices.count();
   coding.closed.assign(count, 0);
@@ -96,7 +104,8 @@ std::uint64_t code_roots(const FanState& state, const CellVertices& vertices, st
     }
     return size;
   };
-  std::uint64_t sum = 0;
+  RootsFound found;
+  std::uint8_t clashes = 0;
   std::size_t roots = 0;
   for (std::size_t size = next_group(); size != 0;) {
     if (coding.roots.size() < roots + CellCoding::kRootGroup) coding.roots.resize(2 * (roots + CellCoding::kRootGroup));
@@ -112,15 +121,16 @@ std::uint64_t code_roots(const FanState& state, const CellVertices& vertices, st
       coding.roots[roots].vertex = v;
       coding.roots[roots].splits = splits;
       roots += splits != 0 ? 1 : 0;
-      sum += splits;
+      found.splits += splits;
     }
     size = next_group();
     for (std::size_t i = before; i < roots; ++i) {
-      close_neighbours(state, vertices.cell, coding.roots[i].vertex, coding.roots[i].walk, coding.closed);
+      clashes |= close_neighbours(state, vertices.cell, coding.roots[i].vertex, coding.roots[i].walk, coding.closed);
     }
   }
   coding.root_count = roots;
-  return sum;
+  found.are_neighbours = clashes != 0;
+  return found;
 }
 
 // The next split of up to kBatch roots.
@@ -169,16 +179,16 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 //   std::uint32_t split_count(VertexId) and FanSplit split(const RingGeometry&, VertexId root)
 // and is told made(const SplitUndo&, VertexId added) of each split. Splits come in rounds: the first of every root, then the second of those
 // that have two, and so on; a root's next one is asked for after the one before was made.
-// `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid or outnumber the cell table's.
+// `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid, outnumber the cell table's
+// or have roots that are neighbours.
 template <class Coder, class Source>
 Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint32_t generation, Coder& coder,
                              Source& source, CellCoding& coding) {
-  const std::uint64_t splits = detail::code_roots(state, vertices, generation, coder, source, coding);
+  const detail::RootsFound found = detail::code_roots(state, vertices, generation, coder, source, coding);
   std::span<CellCoding::Root> roots = std::span(coding.roots).first(coding.root_count);
   const bool repeated = std::any_of(roots.begin(), roots.end(), [](const auto& r) { return r.splits > kMostSplitsPerVertex; });
-  if (repeated || splits > vertices.most_new - vertices.made) {
-    return detail::too_many_splits(vertices.cell);
-  }
+  if (repeated || found.splits > vertices.most_new - vertices.made) return detail::too_many_splits(vertices.cell);
+  if (found.are_neighbours) return detail::neighbours_split(vertices.cell);  // a batch would split faces that are gone
   for (std::uint32_t round = 0; !roots.empty(); ++round) {
     for (std::size_t begin = 0; begin < roots.size(); begin += CellCoding::kBatch) {
       const std::size_t size = std::min(CellCoding::kBatch, roots.size() - begin);

@@ -12,6 +12,7 @@ ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const AssetHead> head)
       coding_(model_, head_->grid),
       state_(FanState::from_base(head_->base, head_->base.places.size())),
       waiting_(head_->generation_count() + 2),
+      refined_(head_->generation_count() + 1),
       vertex_count_(static_cast<std::uint32_t>(head_->base.places.size())) {}
 
 void ProgressiveMesh::set_index(std::shared_ptr<const AssetIndex> index) {
@@ -172,6 +173,7 @@ Result<void> ProgressiveMesh::apply_generation(std::uint32_t cell_number) {
   applied_ += cell.vertices.made - before;
   cell.made_before.push_back(before);
   cell.done = generation;
+  refined_[generation].push_back(cell_number);
   if (generation == slab_end(entry.slab)) {
     complete_cell(cell, entry);
   } else if (generation == head_->layer_ends[layer_of(generation)]) {
@@ -320,12 +322,9 @@ std::uint64_t ProgressiveMesh::coarsen_to(std::uint32_t generation) {
     if (end <= generation) border = end;
   }
   std::uint64_t undone = 0;
+  // In the opposite order: splits of one generation may be undone in any order unless damaged data made them overlap.
   for (std::uint32_t g = head_->generation_count(); g > border; --g) {
-    for (std::size_t c = cells_.size(); c-- > 0;) {
-      if (cells_[c].started && cells_[c].done == g && !cells_[c].made_before.empty()) {
-        undone += undo_generation(static_cast<std::uint32_t>(c));
-      }
-    }
+    for (; !refined_[g].empty(); refined_[g].pop_back()) undone += undo_generation(refined_[g].back());
   }
   for (auto& list : waiting_) list.clear();
   for (std::uint32_t c = 0; c < cells_.size(); ++c) enqueue(c);

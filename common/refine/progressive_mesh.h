@@ -92,6 +92,7 @@ class ProgressiveMesh {
   FanState state_;
   std::vector<Cell> cells_;
   std::vector<std::vector<std::uint32_t>> waiting_;  // by next generation: started cells that hold its segment
+  std::vector<std::vector<std::uint32_t>> refined_;  // by generation: the cells that have it, in the order they got it
   std::uint32_t vertex_count_ = 0;
   std::uint64_t applied_ = 0;
   bool failed_ = false;

@@ -67,7 +67,8 @@ TEST_P(Streaming, ArrivalOrderNeverMatters) {
     for (const auto& [cell, segment] : order) {
       ASSERT_TRUE(mesh->add_segment(cell, segment, asset().segment(cell, segment)));
       if (!random.one_in(6)) continue;
-      const auto refined = mesh->refine();
+      const bool in_depth = random.one_in(2);
+      const auto refined = in_depth ? mesh->refine() : mesh->refine(random.below(asset().head->vertex_count));
       ASSERT_TRUE(refined) << refined.error().message;
       std::string why;
       ASSERT_TRUE(is_manifold(*mesh, &why)) << why;
@@ -94,6 +95,8 @@ TEST_P(Streaming, TheSameSegmentsGiveTheSameMesh) {
         ASSERT_TRUE(mesh->add_segment(cell, segment, asset().segment(cell, segment)));
         if (order == 0 || random.one_in(4)) {
           ASSERT_TRUE(mesh->refine());
+        } else if (random.one_in(4)) {
+          ASSERT_TRUE(mesh->refine(random.below(asset().head->vertex_count)));
         }
         if (order == 2 && random.one_in(5)) {
           mesh->coarsen_to(random.below(asset().head->generation_count() + 1));
@@ -107,6 +110,57 @@ TEST_P(Streaming, TheSameSegmentsGiveTheSameMesh) {
       random.shuffle(held);
     }
   }
+}
+
+// Without a limit cells are refined one by one in depth, with one all of them generation by generation.
+TEST_P(Streaming, RefiningInDepthGivesWhatRefiningEvenlyGives) {
+  ASSERT_TRUE(asset().head);
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    auto held = asset().segments();
+    random.shuffle(held);
+    if (held.size() > 1) held.resize(held.size() / 2 + random.below(held.size() / 2));
+    const auto in_depth = start(asset());
+    const auto evenly = start(asset());
+    for (const auto& [cell, segment] : held) {
+      ASSERT_TRUE(in_depth->add_segment(cell, segment, asset().segment(cell, segment)));
+      ASSERT_TRUE(evenly->add_segment(cell, segment, asset().segment(cell, segment)));
+    }
+    ASSERT_TRUE(in_depth->refine());
+    ASSERT_TRUE(evenly->refine(asset().head->vertex_count - 1));
+    ASSERT_TRUE(image_of(*in_depth) == image_of(*evenly));
+    const auto more = evenly->refine();
+    ASSERT_TRUE(more);
+    EXPECT_EQ(*more, 0U);
+    const TriangleMesh a = in_depth->triangle_mesh();
+    const TriangleMesh b = evenly->triangle_mesh();
+    ASSERT_TRUE(a.positions == b.positions && a.triangles == b.triangles);
+  }
+}
+
+TEST_P(Streaming, LimitsAreKeptAndNothingIsLostByThem) {
+  ASSERT_TRUE(asset().head);
+  std::uint32_t largest_cell = 0;
+  for (const CellEntry& cell : asset().index->cells) largest_cell = std::max(largest_cell, cell.split_count);
+  const StateImage expected = image_of(*fully_refined(asset()));
+  const auto mesh = start(asset());
+  for (const auto& [cell, segment] : asset().segments()) {
+    ASSERT_TRUE(mesh->add_segment(cell, segment, asset().segment(cell, segment)));
+  }
+  const std::uint32_t all = asset().head->vertex_count;
+  for (std::uint32_t limit = mesh->vertex_count(); limit < all; limit += 1 + all / 7) {
+    const std::uint32_t before = mesh->vertex_count();
+    const auto refined = mesh->refine(limit);
+    ASSERT_TRUE(refined) << refined.error().message;
+    EXPECT_EQ(mesh->vertex_count() - before, *refined);
+    EXPECT_GE(mesh->vertex_count(), limit);
+    EXPECT_LE(mesh->vertex_count(), std::max(before, limit + largest_cell));
+    std::string why;
+    ASSERT_TRUE(is_manifold(*mesh, &why)) << why;
+  }
+  ASSERT_TRUE(mesh->refine());
+  ASSERT_TRUE(image_of(*mesh) == expected);
 }
 
 TEST_P(Streaming, CoarseningAndRefiningGiveTheSameStateAtEveryLayer) {

@@ -96,7 +96,7 @@ StateImage image_of(const ProgressiveMesh& mesh) {
       image.contexts.push_back({});
       continue;
     }
-    image.rings.push_back(as_cycle(state.fans.ring(v)));
+    image.rings.push_back(state.fans.ring(v));
     image.places.push_back({state.vertices[v].place.x, state.vertices[v].place.y, state.vertices[v].place.z});
     image.contexts.push_back({state.vertices[v].context.valence, state.vertices[v].context.touched});
   }
@@ -105,6 +105,7 @@ StateImage image_of(const ProgressiveMesh& mesh) {
     image.places.pop_back();
     image.contexts.pop_back();
   }
+  image.faces = state.fans.triangles();
   return image;
 }
 

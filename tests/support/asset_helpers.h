@@ -47,9 +47,11 @@ TriangleMesh on_grid(const TriangleMesh& mesh, const PositionGrid& grid);
 // Whether the mesh as it is now is an oriented manifold.
 bool is_manifold(const ProgressiveMesh& mesh, std::string* why);
 
-// All that a state is made of, as it can be compared. Of vertices that are not in the mesh nothing is kept.
+// All that a state is made of, as it can be compared, to where each fan starts and the order in which faces stand. Of
+// vertices that are not in the mesh nothing is kept.
 struct StateImage {
   std::vector<std::vector<VertexId>> rings;
+  std::vector<Triangle> faces;
   std::vector<std::array<std::int32_t, 3>> places;
   std::vector<std::array<int, 2>> contexts;  // valence, touched
   bool operator==(const StateImage&) const = default;

@@ -14,12 +14,13 @@ namespace fanstream::testing {
 // The ring turned so that its smallest number comes first.
 inline std::vector<VertexId> as_cycle(std::span<const VertexId> ring) {
   std::vector<VertexId> cycle(ring.begin(), ring.end());
-  if (!cycle.empty()) std::rotate(cycle.begin(), cycle.begin() + canonical_start(ring), cycle.end());
+  std::rotate(cycle.begin(), std::min_element(cycle.begin(), cycle.end()), cycle.end());
   return cycle;
 }
 
-// All rings as cycles; vertices at the end that are not in the mesh are left off.
-inline std::vector<std::vector<VertexId>> cycles_of(const RingMesh& rings) {
+// All rings as cycles; vertices at the end that are not in the mesh are left off. Of a RingMesh or of LinkedFans.
+template <class Mesh>
+std::vector<std::vector<VertexId>> cycles_of(const Mesh& rings) {
   std::vector<std::vector<VertexId>> cycles;
   for (VertexId v = 0; v < rings.vertex_capacity(); ++v) cycles.push_back(as_cycle(rings.ring(v)));
   while (!cycles.empty() && cycles.back().empty()) cycles.pop_back();
@@ -27,7 +28,8 @@ inline std::vector<std::vector<VertexId>> cycles_of(const RingMesh& rings) {
 }
 
 // The faces over the vertices that are there, numbered without gaps. Positions are all zero.
-inline TriangleMesh compact_faces(const RingMesh& rings) {
+template <class Mesh>
+TriangleMesh compact_faces(const Mesh& rings) {
   TriangleMesh mesh;
   std::vector<VertexId> number(rings.vertex_capacity(), 0);
   for (VertexId v = 0; v < number.size(); ++v) {

@@ -152,10 +152,13 @@ TEST(AssetFile, CellsWithoutLayersAreRefused) {
 
 TEST(AssetFile, AnotherVersionIsSaidToBeOne) {
   std::vector<std::byte> bytes = small_asset();
-  bytes[4] = std::byte{77};
-  const Error error = error_of(bytes);
-  EXPECT_EQ(error.kind, ErrorKind::unsupported);
-  EXPECT_NE(error.message.find("version 77"), std::string::npos) << error.message;
+  for (const int version : {0, 1, 3, 77}) {  // 1 kept rings instead of linked fans, and coded every segment on its own
+    bytes[4] = static_cast<std::byte>(version);
+    const Error error = error_of(bytes);
+    EXPECT_EQ(error.kind, ErrorKind::unsupported);
+    EXPECT_NE(error.message.find("version " + std::to_string(version) + ","), std::string::npos) << error.message;
+    EXPECT_NE(error.message.find("reads version 2"), std::string::npos) << error.message;
+  }
 }
 
 TEST(AssetFile, BytesBehindTheEndAreAnError) {

@@ -22,11 +22,12 @@ struct Case {
 void expect_round_trip(const std::vector<Case>& cases) {
   const ResidualTables& tables = ResidualTables::instance();
   RansEncoder encoder;
-  for (const Case& c : cases) ASSERT_EQ(tables.code(encoder, c.mean, c.spread, c.value), c.value);
+  for (const Case& c : cases) ASSERT_EQ(tables.code(encoder, c.mean, c.spread * c.spread, c.value), c.value);
   const testing::ExactBytes bytes(encoder.finish());
   RansDecoder decoder(bytes.view());
   for (const Case& c : cases) {
-    ASSERT_EQ(tables.code(decoder, c.mean, c.spread, 0), c.value) << "mean " << c.mean << ", spread " << c.spread;
+    ASSERT_EQ(tables.code(decoder, c.mean, c.spread * c.spread, 0), c.value)
+        << "mean " << c.mean << ", spread " << c.spread;
   }
   ASSERT_TRUE(decoder.finished_cleanly());
 }
@@ -83,12 +84,26 @@ TEST(ResidualTables, MeansThatAreNoNumbersAreSafe) {
     expect_round_trip({{std::numeric_limits<float>::quiet_NaN(), spread, 12}});
     for (const float mean : {kInfinity, -kInfinity, 3.0e38F, -1.0e9F}) {
       RansEncoder encoder;
-      tables.code(encoder, mean, spread, 5);
+      tables.code(encoder, mean, spread * spread, 5);
       const auto bytes = encoder.finish();
       RansDecoder decoder(bytes);
-      tables.code(decoder, mean, spread, 0);
+      tables.code(decoder, mean, spread * spread, 0);
       EXPECT_FALSE(decoder.overran());
     }
+  }
+}
+
+// Whatever a damaged model makes of it: no variance is looked up outside the tables.
+TEST(ResidualTables, VariancesThatAreNoneAreSafe) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
+  for (const float variance : {0.0F, 1.0e-45F, 1.0e-38F, 3.0e38F, kInfinity, kNotANumber, -kNotANumber}) {
+    RansEncoder encoder;
+    ASSERT_EQ(ResidualTables::instance().code(encoder, 3.5F, variance, -77), -77);
+    const testing::ExactBytes bytes(encoder.finish());
+    RansDecoder decoder(bytes.view());
+    ASSERT_EQ(ResidualTables::instance().code(decoder, 3.5F, variance, 0), -77) << variance;
+    ASSERT_TRUE(decoder.finished_cleanly());
   }
 }
 
@@ -104,7 +119,7 @@ TEST(ResidualTables, AnyBytesGiveABoundedValue) {
     for (int i = 0; i < 60; ++i) {
       const float spread = std::exp2(static_cast<float>(40.0 * random.unit() - 10.0));
       const auto mean = static_cast<float>((random.unit() - 0.5) * std::exp2(100.0 * random.unit()));
-      const std::int32_t value = tables.code(decoder, mean, spread, 0);
+      const std::int32_t value = tables.code(decoder, mean, spread * spread, 0);
       ASSERT_LE(std::abs(value), 1 << 28);
     }
   }
@@ -120,7 +135,8 @@ TEST(ResidualTables, ExpectedErrorsAreCheap) {
       double normal = -6.0;
       for (int k = 0; k < 12; ++k) normal += random.unit();
       ResidualTables::instance().code(
-          encoder, 0.25F, spread, static_cast<std::int32_t>(std::lround(0.25 + normal * static_cast<double>(spread))));
+          encoder, 0.25F, spread * spread,
+          static_cast<std::int32_t>(std::lround(0.25 + normal * static_cast<double>(spread))));
     }
     const double bits = 8.0 * static_cast<double>(encoder.finish().size()) / kCount;
     const double ideal = std::log2(static_cast<double>(spread) * std::sqrt(2.0 * 3.14159265358979 * 2.71828182845905));

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/support/exact_bytes.h"
 #include "tests/support/seeded_random.h"
 
@@ -135,15 +137,39 @@ TEST(SplitModel, EveryContextHasItsOwnTable) {
 }
 
 TEST(SplitModel, SpreadContextsAreInRange) {
-  for (const float size : {0.0F, 1.0e-30F, 0.3F, 1.0F, 77.0F, 1.0e6F, 1.0e18F}) {
-    ASSERT_GE(SpreadContexts::size_class(size), 0);
-    ASSERT_LT(SpreadContexts::size_class(size), SpreadContexts::kSizes);
-    for (const float bend : {0.0F, 0.1F, 5.0F, 1.0e6F}) {
-      ASSERT_GE(SpreadContexts::normal(bend, size), SpreadContexts::kNormal);
-      ASSERT_LT(SpreadContexts::normal(bend, size), SpreadContexts::kMiddleShift);
+  for (const float square : {0.0F, 1.0e-30F, 0.1F, 1.0F, 6.0e3F, 1.0e12F, 1.0e36F}) {
+    ASSERT_GE(SpreadContexts::size_class(square), 0);
+    ASSERT_LT(SpreadContexts::size_class(square), SpreadContexts::kSizes);
+    for (const float bend_square : {0.0F, 0.01F, 25.0F, 1.0e12F}) {
+      ASSERT_GE(SpreadContexts::normal(bend_square, square), SpreadContexts::kNormal);
+      ASSERT_LT(SpreadContexts::normal(bend_square, square), SpreadContexts::kMiddleShift);
     }
   }
-  EXPECT_EQ(SpreadContexts::size_class(2.0F), SpreadContexts::size_class(1.0F) + 2);  // half octaves
+}
+
+TEST(SplitModel, SizesAreClassedByHalfOctaves) {
+  EXPECT_EQ(SpreadContexts::size_class(2.0F * 2.0F), SpreadContexts::size_class(1.0F) + 2);
+  for (int c = 0; c < SpreadContexts::kSizes; ++c) {
+    const float square = std::exp2(static_cast<float>(c - 4));  // the size is 2^(c / 2 - 2)
+    EXPECT_EQ(SpreadContexts::size_class(square), c);
+    EXPECT_EQ(SpreadContexts::size_class(1.99F * square), c);
+  }
+}
+
+// A bend below a sixteenth of the ring's size, below a fifth, or more.
+TEST(SplitModel, BendsAreClassedByTheRingsSizeToo) {
+  for (const float mean : {1.0F, 9.0F, 300.0F}) {
+    const auto ratio = [&](float of_mean) {
+      const float bend_square = of_mean * of_mean * mean * mean;
+      return (SpreadContexts::normal(bend_square, mean * mean) - SpreadContexts::kNormal -
+              SpreadContexts::size_class(bend_square)) /
+             SpreadContexts::kSizes;
+    };
+    EXPECT_EQ(ratio(0.06F), 0);
+    EXPECT_EQ(ratio(0.065F), 1);
+    EXPECT_EQ(ratio(0.19F), 1);
+    EXPECT_EQ(ratio(0.21F), 2);
+  }
 }
 
 }  // namespace

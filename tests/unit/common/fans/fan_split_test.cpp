@@ -55,11 +55,5 @@ TEST(FanSplit, ParentsAtAnEndStayThere) {
   EXPECT_EQ(place_after_merge(kept, added, ParentPosition::added, 1), added);
 }
 
-TEST(FanSplit, TheCanonicalRingStartsAtItsSmallestNumber) {
-  const std::vector<VertexId> ring{8, kOutside, 5, 2, 9};
-  EXPECT_EQ(canonical_start(ring), 3U);
-  EXPECT_EQ(canonical_start(std::vector<VertexId>{kOutside, 7, 6}), 2U);
-}
-
 }  // namespace
 }  // namespace fanstream

@@ -9,6 +9,7 @@
 #include "tests/support/mesh_generators.h"
 #include "tests/support/ring_views.h"
 #include "tests/support/seeded_random.h"
+#include "tests/unit/common/fans/fan_shapes.h"
 
 namespace fanstream {
 namespace {
@@ -19,27 +20,6 @@ using testing::cycles_of;
 using testing::SeededRandom;
 
 RingMesh rings_of(const TriangleMesh& mesh) { return RingMesh::from_triangles(mesh.positions.size(), mesh.triangles); }
-
-std::vector<std::pair<std::string, TriangleMesh>> shapes() {
-  std::vector<std::pair<std::string, TriangleMesh>> all;
-  all.emplace_back("tetrahedron", testing::make_tetrahedron());
-  all.emplace_back("octahedron", test::make_octahedron());
-  all.emplace_back("sphere with poles of valence 12", testing::make_sphere(7, 12));
-  all.emplace_back("sphere of wild valences", test::make_random_sphere(120, 5, 0));
-  all.emplace_back("torus", testing::make_torus(9, 7));
-  all.emplace_back("terrain", testing::make_terrain(8, 7, 3));
-  all.emplace_back("cylinder", testing::make_open_cylinder(8, 4));
-  all.emplace_back("cylinder of one row", testing::make_open_cylinder(6, 1));
-  all.emplace_back("sphere with holes",
-                   testing::without_unused(test::punch_holes(test::make_random_sphere(150, 2), 9)));
-  TriangleMesh several = testing::make_torus(5, 5);
-  testing::append(several, testing::make_grid(3, 3), {5, 0, 0});
-  testing::append(several, testing::make_tetrahedron(), {9, 0, 0});
-  testing::append(several, testing::make_grid(1, 1), {12, 0, 0});
-  all.emplace_back("components", several);
-  all.emplace_back("triangle", TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
-  return all;
-}
 
 void expect_manifold(const RingMesh& rings) {
   std::string why;
@@ -74,7 +54,7 @@ std::vector<Merged> merge_at_random(RingMesh& rings, SeededRandom& random) {
 }
 
 TEST(RingMesh, HoldsTheTrianglesItWasMadeFrom) {
-  for (const auto& [name, mesh] : shapes()) {
+  for (const auto& [name, mesh] : testing::fan_shapes()) {
     SCOPED_TRACE(name);
     const RingMesh rings = rings_of(mesh);
     std::vector<Triangle> expected = mesh.triangles;
@@ -87,7 +67,7 @@ TEST(RingMesh, HoldsTheTrianglesItWasMadeFrom) {
 }
 
 TEST(RingMesh, LegalMergesKeepAnOrientedManifold) {
-  for (const auto& [name, mesh] : shapes()) {
+  for (const auto& [name, mesh] : testing::fan_shapes()) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       SCOPED_TRACE(name + ", seed " + std::to_string(seed));
       SeededRandom random(seed);
@@ -110,7 +90,7 @@ TEST(RingMesh, LegalMergesKeepAnOrientedManifold) {
 }
 
 TEST(RingMesh, SplitsUndoMergesExactly) {
-  for (const auto& [name, mesh] : shapes()) {
+  for (const auto& [name, mesh] : testing::fan_shapes()) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       SCOPED_TRACE(name + ", seed " + std::to_string(seed));
       SeededRandom random(seed);
@@ -128,7 +108,7 @@ TEST(RingMesh, SplitsUndoMergesExactly) {
 }
 
 TEST(RingMesh, AnySplitMakesAManifoldThatMergesBack) {
-  for (const auto& [name, mesh] : shapes()) {
+  for (const auto& [name, mesh] : testing::fan_shapes()) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
       SCOPED_TRACE(name + ", seed " + std::to_string(seed));
       SeededRandom random(seed);
