@@ -225,24 +225,5 @@ TEST(RansCuts, SegmentsOfAnyBytesAreSafe) {
   }
 }
 
-TEST(RansCuts, ASymbolThatIsLookedForFirstIsReadAsAnyOther) {
-  for (std::uint64_t seed = 0; seed < 100; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    SeededRandom random(seed);
-    const Message message = random_message(random, 300, 1U << 31U);
-    const ExactBytes bytes(encoded(message, {}).front());
-    RansDecoder decoder(bytes.view());
-    for (const auto& step : message.steps) {
-      const FrequencyTable& table = message.tables[static_cast<std::size_t>(step.table)];
-      const bool zero = decoder.is_zero(table);
-      ASSERT_EQ(zero, step.value == 0);
-      if (!zero) {
-        ASSERT_EQ(static_cast<unsigned>(decoder.symbol(table, 0)), step.value);
-      }
-    }
-    ASSERT_TRUE(decoder.finished_cleanly());
-  }
-}
-
 }  // namespace
 }  // namespace fanstream
