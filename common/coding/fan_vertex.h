@@ -4,16 +4,16 @@
 #include <cstdint>
 #include <cstring>
 
-#include "common/support/vector4.h"
 #include "common/fans/fan_split.h"
+#include "common/support/vector4.h"
 
 namespace fanstream {
 
 // Facts about a vertex that are the same whichever legal order splits were applied in, since only splits of its own
 // cell count. Generations here start at 1; 0 is the base.
 struct VertexContext {
-  std::uint8_t valence = 0;    // when it was last split or made, plus the wings it has been since; modulo 256
-  std::uint8_t touched = 0;    // the generation of that split
+  std::uint8_t valence = 0;  // when it was last split or made, plus the wings it has been since; modulo 256
+  std::uint8_t touched = 0;  // the generation of that split
   std::uint16_t unused = 0;
 };
 

@@ -50,8 +50,6 @@ void FrequencyTable::set_starts(std::span<const std::uint32_t> frequencies) {
   }
 }
 
-double FrequencyTable::cost_bits(int symbol) const {
-  return kBits - std::log2(static_cast<double>(frequency(symbol)));
-}
+double FrequencyTable::cost_bits(int symbol) const { return kBits - std::log2(static_cast<double>(frequency(symbol))); }
 
 }  // namespace fanstream

@@ -15,7 +15,7 @@ class FrequencyTable {
   static constexpr std::uint32_t kTotal = 1U << kBits;
   static constexpr int kMaxSymbols = 32;
 
-  FrequencyTable() = default;  // of no use before it is assigned
+  FrequencyTable() = default;            // of no use before it is assigned
   explicit FrequencyTable(int symbols);  // all alike
 
   // Frequencies in proportion to non-negative weights. The same weights give the same table on every machine.
@@ -25,7 +25,8 @@ class FrequencyTable {
   int symbol_count() const { return symbols_; }
   std::uint16_t start(int symbol) const { return start_[static_cast<std::size_t>(symbol)]; }
   std::uint16_t frequency(int symbol) const {
-    return static_cast<std::uint16_t>(start_[static_cast<std::size_t>(symbol) + 1] - start_[static_cast<std::size_t>(symbol)]);
+    return static_cast<std::uint16_t>(start_[static_cast<std::size_t>(symbol) + 1] -
+                                      start_[static_cast<std::size_t>(symbol)]);
   }
   // The symbol whose range holds `slot` < kTotal.
   int find(std::uint32_t slot) const {

@@ -54,7 +54,8 @@ void RansDecoder::append(std::span<const std::byte> bytes) {
 std::uint32_t RansDecoder::next_word() {
   std::uint32_t word = 0;
   if (position_ + 2 <= size_) {
-    word = std::to_integer<std::uint32_t>(bytes_[position_]) | std::to_integer<std::uint32_t>(bytes_[position_ + 1]) << 8U;
+    word = std::to_integer<std::uint32_t>(bytes_[position_]) | std::to_integer<std::uint32_t>(bytes_[position_ + 1])
+                                                                   << 8U;
   }
   position_ += 2;
   return word;

@@ -1,8 +1,8 @@
 // Range coding with asymmetric numeral systems (Duda 2013): static frequencies, one 32-bit state, 16-bit words.
 //
-// A symbol coder is anything with `int symbol(const FrequencyTable&, int)` and `unsigned bits(int count, unsigned)`: the
-// encoder records what it is given and returns it, the decoder ignores the argument and returns what it reads. Coding
-// routines are written once, as templates over the coder, so that both sides cannot drift apart.
+// A symbol coder is anything with `int symbol(const FrequencyTable&, int)` and `unsigned bits(int count, unsigned)`:
+// the encoder records what it is given and returns it, the decoder ignores the argument and returns what it reads.
+// Coding routines are written once, as templates over the coder, so that both sides cannot drift apart.
 #pragma once
 
 #include <array>
@@ -31,10 +31,11 @@ class RansEncoder {
     }
     return value;
   }
-  // What comes from here on belongs to the next segment. A decoder that has used up the segments before needs no more to go on.
+  // What comes from here on belongs to the next segment. A decoder that has used up the segments before needs no more
+  // to go on.
   void cut() { cuts_.push_back(steps_.size()); }
-  // The stream's bytes by segment, one more than there were cuts; the encoder is empty again afterwards. A segment without
-  // symbols has no bytes, nor need one of few symbols.
+  // The stream's bytes by segment, one more than there were cuts; the encoder is empty again afterwards. A segment
+  // without symbols has no bytes, nor need one of few symbols.
   std::vector<std::vector<std::byte>> finish_segments();
   // Of a stream without cuts.
   std::vector<std::byte> finish() { return std::move(finish_segments().front()); }
@@ -74,8 +75,8 @@ class RansDecoder {
   }
   // True if all bytes were used and none was missing.
   bool used_up() const { return position_ == size_; }
-  // True if besides the state is the one that encoding starts from. Damaged symbols hardly ever pass; damage to raw bits alone
-  // can (CODING.md), which is what checksums are for.
+  // True if besides the state is the one that encoding starts from. Damaged symbols hardly ever pass; damage to raw
+  // bits alone can (CODING.md), which is what checksums are for.
   bool finished_cleanly() const { return used_up() && state_ == kStart; }
   bool overran() const { return position_ > size_; }
 

@@ -51,7 +51,8 @@ ResidualTables::ResidualTables() {
     small_.push_back(make_table(spread, 0.125));
     small_.push_back(make_table(spread, 0.375));
   }
-  for (int step = 0; step < kSteps; ++step) large_.push_back(make_table(2.0 * kQuarterOctaves[static_cast<std::size_t>(step)], 0.0));
+  for (int step = 0; step < kSteps; ++step)
+    large_.push_back(make_table(2.0 * kQuarterOctaves[static_cast<std::size_t>(step)], 0.0));
   for (int step = 0; step < kChoices; ++step) {
     Choice& choice = choices_[static_cast<std::size_t>(step)];
     if (step < kSmall) {

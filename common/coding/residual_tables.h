@@ -23,8 +23,8 @@ class ResidualTables {
 
  private:
   ResidualTables();
-  static constexpr int kSteps = 4;       // per octave
-  static constexpr int kLowest = -2;     // log2 of the smallest spread
+  static constexpr int kSteps = 4;           // per octave
+  static constexpr int kLowest = -2;         // log2 of the smallest spread
   static constexpr int kSmall = 4 * kSteps;  // spreads below 2^2: with two phases each
   static constexpr int kMostRawBits = 15;
   static constexpr int kChoices = kSmall + kMostRawBits * kSteps;
@@ -37,7 +37,8 @@ class ResidualTables {
   // The variance's exponent and the half of an octave it lies in, straight from its bits.
   const Choice& choose(float variance) const {
     const auto bits = std::bit_cast<std::uint32_t>(variance);
-    const int halves = 2 * (static_cast<int>(bits >> 23U) - 127 - 2 * kLowest) + static_cast<int>((bits & 0x7FFFFFU) >= 0x3504F3U);
+    const int halves =
+        2 * (static_cast<int>(bits >> 23U) - 127 - 2 * kLowest) + static_cast<int>((bits & 0x7FFFFFU) >= 0x3504F3U);
     return choices_[static_cast<std::size_t>(halves < 0 ? 0 : halves < kChoices ? halves : kChoices - 1)];
   }
   template <class Coder>
@@ -50,7 +51,8 @@ class ResidualTables {
 
 // The distances from -kCentre..kCentre outwards, with an Elias gamma code, and the low bits.
 template <class Coder>
-[[gnu::noinline]] std::int64_t ResidualTables::code_escaped(Coder& coder, std::int32_t high, int raw_bits, unsigned low) const {
+[[gnu::noinline]] std::int64_t ResidualTables::code_escaped(Coder& coder, std::int32_t high, int raw_bits,
+                                                            unsigned low) const {
   const unsigned negative = coder.bits(1, high < 0 ? 1U : 0U);
   const unsigned excess = static_cast<unsigned>(high < 0 ? -high : high) - (kCentre + 1U);
   int length = 0;  // of excess + 1 in bits, less one
@@ -61,12 +63,14 @@ template <class Coder>
   const unsigned upper = coder.bits(upper_bits < 15 ? upper_bits : 15, rest >> 12U);
   const unsigned lower = coder.bits(length > 12 ? 12 : length, length > 12 ? rest & 0xFFFU : rest);
   const unsigned magnitude = (1U << (length < 25 ? length : 25)) - 1U + (upper << 12U) + lower + kCentre + 1U;
-  const std::int64_t decoded_high = negative != 0U ? -static_cast<std::int64_t>(magnitude) : static_cast<std::int64_t>(magnitude);
+  const std::int64_t decoded_high =
+      negative != 0U ? -static_cast<std::int64_t>(magnitude) : static_cast<std::int64_t>(magnitude);
   return decoded_high * (std::int64_t{1} << raw_bits) + static_cast<std::int64_t>(coder.bits(raw_bits, low));
 }
 
 template <class Coder>
-[[gnu::always_inline]] inline std::int32_t ResidualTables::code(Coder& coder, float mean, float variance, std::int32_t value) const {
+[[gnu::always_inline]] inline std::int32_t ResidualTables::code(Coder& coder, float mean, float variance,
+                                                                std::int32_t value) const {
   // Far-off predictions can only come from damaged data; the clamp keeps the arithmetic defined.
   constexpr float kFar = 4194303.0F;
   const float above = mean > -kFar ? mean : -kFar;  // also where the mean is not a number
@@ -76,7 +80,8 @@ template <class Coder>
   const float nearest = (bounded + kRounder) - kRounder;
   const auto base = static_cast<std::int32_t>(nearest);
   const auto fraction = std::bit_cast<std::uint32_t>(bounded - nearest);
-  // Mirrored where the fraction is negative, so that the rest always lies above; by masks, since a branch would be a coin toss.
+  // Mirrored where the fraction is negative, so that the rest always lies above; by masks, since a branch would be a
+  // coin toss.
   const auto mirror = static_cast<std::int32_t>(fraction) >> 31;
   const auto mirrored = [mirror](auto x) { return (x ^ mirror) - mirror; };
   const Choice& choice = choose(variance);

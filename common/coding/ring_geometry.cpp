@@ -222,7 +222,8 @@ std::uint32_t RingGeometry::first_of_rank(std::uint32_t length, std::uint32_t ra
   reaches(length);
   std::vector<std::uint32_t> order(size_);
   std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) { return reaches_[a] > reaches_[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [this](std::uint32_t a, std::uint32_t b) { return reaches_[a] > reaches_[b]; });
   return order[rank];
 }
 

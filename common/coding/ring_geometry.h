@@ -11,8 +11,8 @@
 
 namespace fanstream {
 
-// A fan as it is linked: the vertices around it and the corners that spell them, eight entries for a fan of up to eight, else
-// sixteen. Beyond the fan's end they go around again; of a fan longer than that they are the first.
+// A fan as it is linked: the vertices around it and the corners that spell them, eight entries for a fan of up to
+// eight, else sixteen. Beyond the fan's end they go around again; of a fan longer than that they are the first.
 struct FanWalk {
   static constexpr std::uint32_t kEntries = 16;
   std::uint32_t size = 0;  // of the fan
@@ -41,8 +41,8 @@ struct FanWalk {
 // every machine computes the same bits. Reused from split to split to avoid allocation; not thread safe.
 class RingGeometry {
  public:
-  // In three steps, so that several rings can be worked on side by side. First the ring of `root`, of at least 3. Position 0 is
-  // where the fan starts (LinkedFans::corner), which its own splits alone determine.
+  // In three steps, so that several rings can be worked on side by side. First the ring of `root`, of at least 3.
+  // Position 0 is where the fan starts (LinkedFans::corner), which its own splits alone determine.
   void load(const LinkedFans& fans, VertexId root);
   void load(const LinkedFans& fans, VertexId root, const FanWalk& walk);  // which has gone around the root
   // Then where it lies. `unit` is the size of one code step of each axis, 0 in the fourth lane.
@@ -65,10 +65,14 @@ class RingGeometry {
   // From the root; zero at the gap. Positions run on to 2 * size() - 1, twice around.
   Float4 spoke(std::uint32_t i) const { return spokes_[i]; }
   Float4 spoke_sum(std::uint32_t i) const { return spoke_sums_[i]; }  // of the first i, twice around
-  Float4 normal() const { return normal_; }           // unit length
-  float mean_square() const { return mean_square_; }  // of the spokes' lengths
-  float bend_square() const { return bend_square_; }  // mean square of the ring's distances from the root's tangent plane
-  std::uint32_t wrap(std::uint32_t i) const { return i - (size_ & (0U - static_cast<std::uint32_t>(i >= size_))); }  // of positions below 2 * size()
+  Float4 normal() const { return normal_; }                           // unit length
+  float mean_square() const { return mean_square_; }                  // of the spokes' lengths
+  float bend_square() const {
+    return bend_square_;
+  }  // mean square of the ring's distances from the root's tangent plane
+  std::uint32_t wrap(std::uint32_t i) const {
+    return i - (size_ & (0U - static_cast<std::uint32_t>(i >= size_)));
+  }                                                                  // of positions below 2 * size()
   std::uint32_t steps(std::uint32_t from, std::uint32_t to) const {  // without a branch, which would be a coin toss
     return to - from + (size_ & (0U - static_cast<std::uint32_t>(to < from)));
   }
@@ -79,7 +83,8 @@ class RingGeometry {
   std::uint32_t rank_of_first(std::uint32_t length, std::uint32_t first) const;
 
  private:
-  // Rings are worked on by blocks of four entries: two or four blocks, which the compiler unrolls, or as many as it takes (0).
+  // Rings are worked on by blocks of four entries: two or four blocks, which the compiler unrolls, or as many as it
+  // takes (0).
   template <std::uint32_t blocks>
   void lay_out(const FanWalk& walk);
   void lay_out_long(const LinkedFans& fans);
@@ -91,7 +96,9 @@ class RingGeometry {
   template <std::uint32_t blocks>
   std::uint32_t nth_reach(std::uint32_t length, std::uint32_t rank) const;
   template <std::uint32_t blocks>
-  std::uint32_t block_count() const { return blocks != 0 ? blocks : (size_ + 3) / 4; }
+  std::uint32_t block_count() const {
+    return blocks != 0 ? blocks : (size_ + 3) / 4;
+  }
   Float4 reach_block(std::uint32_t length, std::uint32_t at) const;
   void reaches(std::uint32_t length) const;
   void grow(std::size_t size);
@@ -105,10 +112,10 @@ class RingGeometry {
   std::size_t capacity_ = 0;
   std::vector<LinkedFans::CornerId> corners_;  // twice around
   std::vector<VertexId> ids_;
-  std::vector<VertexId> neighbours_;  // the root itself at the gap and past the end
-  std::vector<Float4> spokes_;        // twice around
-  std::vector<Float4> spoke_sums_;    // of the first i spokes, twice around
-  std::vector<float> square_sums_;    // of the first i spokes' squared lengths, twice around
+  std::vector<VertexId> neighbours_;    // the root itself at the gap and past the end
+  std::vector<Float4> spokes_;          // twice around
+  std::vector<Float4> spoke_sums_;      // of the first i spokes, twice around
+  std::vector<float> square_sums_;      // of the first i spokes' squared lengths, twice around
   mutable std::vector<float> reaches_;  // scratch
 };
 

@@ -1,7 +1,7 @@
 // FanSplits to symbols and back, given the rings of their roots. Described step by step in CODING.md.
 //
-// Splits are coded by batches of independent ones, stage by stage: what a decoder computes for one split then runs beside what it
-// computes for the others, and only the symbols themselves have to wait for each other.
+// Splits are coded by batches of independent ones, stage by stage: what a decoder computes for one split then runs
+// beside what it computes for the others, and only the symbols themselves have to wait for each other.
 #pragma once
 
 #include <algorithm>
@@ -49,7 +49,8 @@ template <class Coder>
 [[gnu::always_inline]] inline std::uint32_t code_large(Coder& coder, const FrequencyTable& table, std::uint32_t value) {
   const auto escape = static_cast<std::uint32_t>(table.symbol_count() - 1);
   const auto symbol = static_cast<std::uint32_t>(coder.symbol(table, static_cast<int>(std::min(value, escape))));
-  if (symbol < escape) [[likely]] return symbol;
+  if (symbol < escape) [[likely]]
+    return symbol;
   const unsigned rest = value - escape;
   const unsigned high = coder.bits(12, rest >> 12U);
   return escape + (high << 12U) + coder.bits(12, rest & 0xFFFU);
@@ -87,7 +88,9 @@ inline void find_wings(SplitInProgress& s) {
 template <class Coder>
 [[gnu::always_inline]] inline void code_shape(Coder& coder, const SplitModel& model, SplitInProgress& s) {
   const std::uint32_t size = s.ring.size();
-  const auto table = [&model](int index) -> const FrequencyTable& { return model.symbols[static_cast<std::size_t>(index)]; };
+  const auto table = [&model](int index) -> const FrequencyTable& {
+    return model.symbols[static_cast<std::size_t>(index)];
+  };
   if (s.ring.is_open()) [[unlikely]] {
     s.opening = static_cast<Opening>(coder.symbol(table(SymbolContexts::opening(size)), static_cast<int>(s.opening)));
   }
@@ -101,7 +104,8 @@ template <class Coder>
   s.split.parent = static_cast<ParentPosition>(coder.symbol(table(parent_table), static_cast<int>(s.split.parent)));
 }
 
-// One axis of the displacement, the axes in the order of the chain; where the kept centre is hidden, the vector to it is coded.
+// One axis of the displacement, the axes in the order of the chain; where the kept centre is hidden, the vector to it
+// is coded.
 template <std::size_t place, class Coder>
 [[gnu::always_inline]] inline void code_axis(Coder& coder, const ResidualTables& tables, SplitInProgress& s) {
   AxisChain& chain = s.chain;

@@ -52,11 +52,13 @@ const SplitStatistics& SplitStatistics::built_in() {
 
 namespace {
 
-// Codes one group of numbers: whether it differs from the built-in one, and by how much. Written once for both directions.
+// Codes one group of numbers: whether it differs from the built-in one, and by how much. Written once for both
+// directions.
 template <class Coder, class Number>
 bool code_group(Coder& coder, const FrequencyTable& differs_table, std::span<Number> group,
                 std::type_identity_t<std::span<const Number>> built_in, int low, int high) {
-  const bool differs = coder.symbol(differs_table, std::equal(group.begin(), group.end(), built_in.begin()) ? 0 : 1) != 0;
+  const bool differs =
+      coder.symbol(differs_table, std::equal(group.begin(), group.end(), built_in.begin()) ? 0 : 1) != 0;
   for (std::size_t i = 0; i < group.size(); ++i) {
     int value = built_in[i];
     if (differs) value = ResidualTables::instance().code(coder, static_cast<float>(built_in[i]), 4.0F, group[i]);
@@ -125,7 +127,8 @@ SplitModel::SplitModel(const SplitStatistics& statistics) {
     symbols[t] = table_of(std::span(statistics.symbols[t]).first(count));
   }
   for (std::size_t c = 0; c < weights.size(); ++c) {
-    for (std::size_t f = 0; f < weights[c].size(); ++f) weights[c][f] = static_cast<float>(statistics.weights[c][f]) / 64.0F;
+    for (std::size_t f = 0; f < weights[c].size(); ++f)
+      weights[c][f] = static_cast<float>(statistics.weights[c][f]) / 64.0F;
   }
   for (std::size_t i = 0; i < variances.size(); ++i) {
     const float spread = power_of_eighths(statistics.spreads[i]);

@@ -1,4 +1,5 @@
-// The statistics that FanSplits are coded with: one set per asset, built-in where an asset is too small to pay for its own.
+// The statistics that FanSplits are coded with: one set per asset, built-in where an asset is too small to pay for its
+// own.
 #pragma once
 
 #include <array>
@@ -15,7 +16,8 @@
 
 namespace fanstream {
 
-// How a root's ring lies to the outside: closed, or open with kOutside as a wing, on the new vertex's side, or on the other.
+// How a root's ring lies to the outside: closed, or open with kOutside as a wing, on the new vertex's side, or on the
+// other.
 enum class Opening : std::uint8_t { closed = 0, wing = 1, taken = 2, left = 3 };
 
 // Symbol tables by context. `index` functions give the table of a context; every context is clamped into range.
@@ -58,8 +60,8 @@ struct PredictionContexts {
   }
 };
 
-// Expected size of what the prediction leaves, as 8ths of a binary logarithm of grid steps: along the predicted direction
-// and across it by the ring's mean square spoke, along the normal by its bend square and by the two's ratio.
+// Expected size of what the prediction leaves, as 8ths of a binary logarithm of grid steps: along the predicted
+// direction and across it by the ring's mean square spoke, along the normal by its bend square and by the two's ratio.
 struct SpreadContexts {
   static constexpr int kSizes = 28;  // half octaves from 2^-2
   static constexpr int kRatios = 3;
@@ -74,13 +76,14 @@ struct SpreadContexts {
     return exponent < 0 ? 0 : exponent < kSizes ? exponent : kSizes - 1;
   }
   static int normal(float bend_square, float mean_square) {
-    const int ratio = static_cast<int>(bend_square * 256.0F >= mean_square) + static_cast<int>(bend_square * 25.0F >= mean_square);
+    const int ratio =
+        static_cast<int>(bend_square * 256.0F >= mean_square) + static_cast<int>(bend_square * 25.0F >= mean_square);
     return kNormal + ratio * kSizes + size_class(bend_square);
   }
 };
 
-// The numbers that a model is made of, as they are stored: for each symbol of each table -2 log2 of its share (0..31), the
-// prediction weights in 64ths, and the spreads in 8ths.
+// The numbers that a model is made of, as they are stored: for each symbol of each table -2 log2 of its share (0..31),
+// the prediction weights in 64ths, and the spreads in 8ths.
 struct SplitStatistics {
   std::array<std::array<std::uint8_t, FrequencyTable::kMaxSymbols>, SymbolContexts::kTables> symbols{};
   std::array<std::array<std::int8_t, PredictionContexts::kFeatures>, PredictionContexts::kClasses> weights{};

@@ -61,14 +61,15 @@ inline RingFeatures ring_features(const RingGeometry& ring, const FanSplit& spli
 // The predicted vector and the frame of its error, in grid steps.
 struct Prediction {
   Float4 mean{};
-  Float4 along{};               // of any length, in the tangent plane: the direction in which the error differs
+  Float4 along{};  // of any length, in the tangent plane: the direction in which the error differs
   float variance_along = 1.0F;
   float variance_across = 1.0F;
   float variance_normal = 1.0F;
 };
 
 inline Prediction predict(const SplitModel& model, const RingGeometry& ring, const RingFeatures& features) {
-  const auto context = static_cast<std::size_t>(PredictionContexts::index(features.middle, ring.is_open(), features.arc));
+  const auto context =
+      static_cast<std::size_t>(PredictionContexts::index(features.middle, ring.is_open(), features.arc));
   const auto& weights = model.weights[context];
   Prediction result;
   result.mean = (float4(weights[0]) * features.features[0] + float4(weights[1]) * features.features[1]) +
@@ -86,11 +87,11 @@ inline Prediction predict(const SplitModel& model, const RingGeometry& ring, con
 
 // The covariance of the error in code steps as a chain: what each axis, in coding order, expects given those before.
 struct AxisChain {
-  std::array<int, 3> order{};         // the axis closest to the normal comes last
-  std::array<float, 3> mean{};        // code steps, by place in the order
-  std::array<float, 3> expected{};    // likewise, given the axes before
-  std::array<float, 3> variance{};    // likewise
-  float second_from_first = 0.0F;     // regression on the errors before
+  std::array<int, 3> order{};       // the axis closest to the normal comes last
+  std::array<float, 3> mean{};      // code steps, by place in the order
+  std::array<float, 3> expected{};  // likewise, given the axes before
+  std::array<float, 3> variance{};  // likewise
+  float second_from_first = 0.0F;   // regression on the errors before
   float third_from_first = 0.0F;
   float third_from_second = 0.0F;
 
@@ -140,7 +141,7 @@ inline void chain_axes(const Prediction& prediction, Float4 normal, const AxisUn
   const Float4 scaled_a = float4(along2) * a;
   const Float4 diagonal = (scaled_n * n + scaled_a * a) + float4(across2) * (per_unit * per_unit);
   const Float4 beside = scaled_n * rotate_axes(n) + scaled_a * rotate_axes(a);  // xy, yz, zx
-  constexpr float kLeast = 1.0e-4F;  // variances, in code steps squared
+  constexpr float kLeast = 1.0e-4F;                                             // variances, in code steps squared
   const float xx = std::max(diagonal[0], kLeast);
   const float xy = beside[0];
   const float xz = beside[2];

@@ -1,4 +1,5 @@
-// A mesh as the linked closed (on a boundary: open) fans of all vertices: the state that FanSplits refine and coarsen in place.
+// A mesh as the linked closed (on a boundary: open) fans of all vertices: the state that FanSplits refine and coarsen
+// in place.
 #pragma once
 
 #include <cstdint>
@@ -9,13 +10,14 @@
 
 namespace fanstream {
 
-// Every face has a corner at each of its vertices. The corners at a vertex are linked counter-clockwise into its fan; with
-// each stands the first of the face's other two vertices, so that the fan's corners spell the vertex's ring. A boundary is
-// closed up by faces to kOutside, which are not drawn, so that an open fan is linked all around like a closed one.
+// Every face has a corner at each of its vertices. The corners at a vertex are linked counter-clockwise into its fan;
+// with each stands the first of the face's other two vertices, so that the fan's corners spell the vertex's ring. A
+// boundary is closed up by faces to kOutside, which are not drawn, so that an open fan is linked all around like a
+// closed one.
 //
-// split() and merge() are exact inverses; they cost time proportional to the new vertex's valence, whatever the others' are.
-// The two faces that a split inserts have places of their own, given by the new vertex's number. Thread safety: like a
-// standard container.
+// split() and merge() are exact inverses; they cost time proportional to the new vertex's valence, whatever the others'
+// are. The two faces that a split inserts have places of their own, given by the new vertex's number. Thread safety:
+// like a standard container.
 class LinkedFans {
  public:
   // A corner of face `corner / 4` at its vertex `corner % 4`.
@@ -33,10 +35,12 @@ class LinkedFans {
 
   std::size_t vertex_capacity() const { return fans_.size(); }  // one past the largest vertex number
   bool contains(VertexId v) const { return v < fans_.size() && fans_[v].count != 0; }
-  // The faces of a fan, those to kOutside included, which is also the size of the ring, with kOutside once on a boundary.
+  // The faces of a fan, those to kOutside included, which is also the size of the ring, with kOutside once on a
+  // boundary.
   std::uint32_t ring_size(VertexId v) const { return fans_[v].count; }
-  // Where the fan starts: of a root at the first of the faces that its latest split inserted, of a new vertex at its corner of that
-  // face, before the first split at the vertex's last corner in the order of faces. It does not depend on what is split around it.
+  // Where the fan starts: of a root at the first of the faces that its latest split inserted, of a new vertex at its
+  // corner of that face, before the first split at the vertex's last corner in the order of faces. It does not depend
+  // on what is split around it.
   CornerId corner(VertexId v) const { return fans_[v].corner; }
   const Corner* corners() const { return corners_.data(); }
   // The ring, counter-clockwise seen from outside, from corner(v) on. Empty for a vertex that is not in the mesh.
@@ -51,10 +55,10 @@ class LinkedFans {
     }
   }
 
-  // FanSplit of the fan of `root`: `added`, which is not in the mesh, takes over the ring from the first wing counter-clockwise
-  // to the last, both included; `root` keeps the rest, both wings included. Either wing may be kOutside: then one face
-  // is inserted instead of two. The arc is given by the root's corners: that which spells the first wing and that before it,
-  // that which spells the last and that before it.
+  // FanSplit of the fan of `root`: `added`, which is not in the mesh, takes over the ring from the first wing
+  // counter-clockwise to the last, both included; `root` keeps the rest, both wings included. Either wing may be
+  // kOutside: then one face is inserted instead of two. The arc is given by the root's corners: that which spells the
+  // first wing and that before it, that which spells the last and that before it.
   struct Arc {
     CornerId before_first, first, before_last, last;
   };
@@ -62,8 +66,8 @@ class LinkedFans {
   // The same by positions in ring(root).
   void split(VertexId root, VertexId added, std::uint32_t first, std::uint32_t last);
 
-  // The inverse; the fan of `root` starts at `root_corner` again. Precondition: the split of `root` that brought `added` is the
-  // latest of its surroundings. Returns the wings.
+  // The inverse; the fan of `root` starts at `root_corner` again. Precondition: the split of `root` that brought
+  // `added` is the latest of its surroundings. Returns the wings.
   RingMesh::Wings merge(VertexId root, VertexId added, CornerId root_corner);
 
   // Every face once.
@@ -78,8 +82,8 @@ class LinkedFans {
   // The first corner of the first of the two faces that came with `added`.
   CornerId first_corner(VertexId added) const { return 4 * (base_faces_ + 2 * (added - base_vertices_)); }
 
-  std::vector<Corner> corners_;  // by fours, the fourth unused
-  std::vector<Fan> fans_;        // by vertex
+  std::vector<Corner> corners_;   // by fours, the fourth unused
+  std::vector<Fan> fans_;         // by vertex
   std::uint32_t base_faces_ = 0;  // with those to kOutside
   std::uint32_t base_vertices_ = 0;
 };

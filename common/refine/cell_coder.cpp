@@ -3,7 +3,8 @@
 namespace fanstream::detail {
 
 Result<void> too_many_splits(std::uint32_t cell) {
-  return fail(ErrorKind::bad_input, "cell " + std::to_string(cell) + ": its vertices are split more often than the cell table allows");
+  return fail(ErrorKind::bad_input,
+              "cell " + std::to_string(cell) + ": its vertices are split more often than the cell table allows");
 }
 
 Result<void> neighbours_split(std::uint32_t cell) {

@@ -61,10 +61,10 @@ namespace detail {
 [[gnu::cold, gnu::noinline]] Result<void> neighbours_split(std::uint32_t cell);
 [[gnu::cold, gnu::noinline]] Result<void> off_the_grid(std::uint32_t cell, VertexId root);
 
-// Patches of one generation share no face: no neighbour of a root is one. Returns whether the root has been closed before, by a
-// root that was not known yet when it was coded itself: only damaged data do that.
+// Patches of one generation share no face: no neighbour of a root is one. Returns whether the root has been closed
+// before, by a root that was not known yet when it was coded itself: only damaged data do that.
 inline std::uint8_t close_neighbours(const FanState& state, std::uint32_t cell, VertexId root, const FanWalk& walk,
-                             std::vector<std::uint8_t>& closed) {
+                                     std::vector<std::uint8_t>& closed) {
   const std::uint32_t own = state.cells[root].index;
   const std::uint8_t closed_before = closed[own];
   const auto close = [&](VertexId w) {
@@ -87,7 +87,8 @@ struct RootsFound {
   bool are_neighbours = false;  // two of the roots
 };
 
-// How often each vertex of the cell is split, by groups of kRootGroup vertices that are not closed; fills coding.roots. What a root closes is known from the next group but one on: a decoder then waits for nothing but symbols.
+// How often each vertex of the cell is split, by groups of kRootGroup vertices that are not closed; fills coding.roots.
+// What a root closes is known from the next group but one on: a decoder then waits for nothing but symbols.
 template <class Coder, class Source>
 RootsFound code_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation, Coder& original,
                       const Source& source, CellCoding& coding) {
@@ -135,8 +136,9 @@ RootsFound code_roots(const FanState& state, const CellVertices& vertices, std::
 
 // The next split of up to kBatch roots.
 template <class Coder, class Source>
-Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t generation, std::span<CellCoding::Root> roots,
-                        bool first_round, Coder& coder, Source& source, CellCoding& coding) {
+Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t generation,
+                        std::span<CellCoding::Root> roots, bool first_round, Coder& coder, Source& source,
+                        CellCoding& coding) {
   const std::span<SplitInProgress> batch = std::span(coding.batch).first(roots.size());
   for (std::size_t i = 0; i < roots.size(); ++i) {
     const VertexId v = roots[i].vertex;
@@ -158,7 +160,8 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
   code_splits(coder, coding.model, coding.units, batch);
   for (SplitInProgress& s : batch) {
     const VertexId v = s.split.root;
-    const SplitPlaces places = places_after_split(state.vertices[v].place, s.split.parent, s.split.displacement, generation);
+    const SplitPlaces places =
+        places_after_split(state.vertices[v].place, s.split.parent, s.split.displacement, generation);
     if (!coding.grid.contains(places.kept) || !coding.grid.contains(places.added)) {
       return off_the_grid(vertices.cell, v);
     }
@@ -177,23 +180,26 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 
 // Source is what knows the splits: for an encoder the builder's history, for a decoder DecodedSplits. It has
 //   std::uint32_t split_count(VertexId) and FanSplit split(const RingGeometry&, VertexId root)
-// and is told made(const SplitUndo&, VertexId added) of each split. Splits come in rounds: the first of every root, then the second of those
-// that have two, and so on; a root's next one is asked for after the one before was made.
-// `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid, outnumber the cell table's
-// or have roots that are neighbours.
+// and is told made(const SplitUndo&, VertexId added) of each split. Splits come in rounds: the first of every root,
+// then the second of those that have two, and so on; a root's next one is asked for after the one before was made.
+// `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid, outnumber
+// the cell table's or have roots that are neighbours.
 template <class Coder, class Source>
 Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint32_t generation, Coder& coder,
                              Source& source, CellCoding& coding) {
   const detail::RootsFound found = detail::code_roots(state, vertices, generation, coder, source, coding);
   std::span<CellCoding::Root> roots = std::span(coding.roots).first(coding.root_count);
-  const bool repeated = std::any_of(roots.begin(), roots.end(), [](const auto& r) { return r.splits > kMostSplitsPerVertex; });
+  const bool repeated =
+      std::any_of(roots.begin(), roots.end(), [](const auto& r) { return r.splits > kMostSplitsPerVertex; });
   if (repeated || found.splits > vertices.most_new - vertices.made) return detail::too_many_splits(vertices.cell);
   if (found.are_neighbours) return detail::neighbours_split(vertices.cell);  // a batch would split faces that are gone
   for (std::uint32_t round = 0; !roots.empty(); ++round) {
     for (std::size_t begin = 0; begin < roots.size(); begin += CellCoding::kBatch) {
       const std::size_t size = std::min(CellCoding::kBatch, roots.size() - begin);
       const std::span<CellCoding::Root> some = roots.subspan(begin, size);
-      if (Result<void> coded = detail::code_batch(state, vertices, generation, some, round == 0, coder, source, coding); !coded) return coded;
+      if (Result<void> coded = detail::code_batch(state, vertices, generation, some, round == 0, coder, source, coding);
+          !coded)
+        return coded;
     }
     std::size_t left = 0;  // the walks are of no more use
     for (const CellCoding::Root& r : roots) {

@@ -29,10 +29,13 @@ struct Partitioner {
   }
 
   std::int32_t code(VertexId v, int axis) const { return (&places[v].place.x)[axis]; }
-  std::uint64_t key(VertexId v, int axis) const { return std::uint64_t{static_cast<std::uint32_t>(code(v, axis))} << 32U | v; }
+  std::uint64_t key(VertexId v, int axis) const {
+    return std::uint64_t{static_cast<std::uint32_t>(code(v, axis))} << 32U | v;
+  }
 
   // The key that `left` of the vertices are below: counted by buckets first, so that few are left to compare.
-  std::uint64_t threshold(std::span<const VertexId> vertices, std::size_t left, int axis, std::int32_t low, std::int32_t high) {
+  std::uint64_t threshold(std::span<const VertexId> vertices, std::size_t left, int axis, std::int32_t low,
+                          std::int32_t high) {
     const auto range = static_cast<std::uint32_t>(high - low);
     const int shift = std::max(0, static_cast<int>(std::bit_width(range)) - 6);
     const auto bucket = [&](VertexId v) { return static_cast<std::uint32_t>(code(v, axis) - low) >> shift; };

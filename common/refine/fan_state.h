@@ -13,7 +13,7 @@ namespace fanstream {
 // Arrays by vertex number. Thread safety: like a standard container.
 struct FanState {
   LinkedFans fans;
-  std::vector<FanVertex> vertices;   // place, and what coding remembers
+  std::vector<FanVertex> vertices;  // place, and what coding remembers
   // The deepest cell that holds the vertex, and which of its vertices it is (CellVertices).
   struct CellPlace {
     std::uint32_t cell = 0;
@@ -28,8 +28,8 @@ struct FanState {
   static FanState from_base(const BaseMesh& base, std::size_t vertex_count);
 };
 
-// Applies a split of a vertex of `place.cell`; `place` is the new vertex's own. The arc is that of split.first and split.last.
-// `generation` counts from 1, `places` are those after the split.
+// Applies a split of a vertex of `place.cell`; `place` is the new vertex's own. The arc is that of split.first and
+// split.last. `generation` counts from 1, `places` are those after the split.
 void apply_split(FanState& state, FanState::CellPlace place, std::uint32_t generation, const FanSplit& split,
                  const LinkedFans::Arc& arc, const SplitPlaces& places, VertexId added);
 

@@ -30,8 +30,8 @@ void ProgressiveMesh::set_index(std::shared_ptr<const AssetIndex> index) {
 
 void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std::uint32_t first, std::uint32_t count,
                                   std::uint32_t slab) {
-  auto groups = partition_vertices({parent_vertices.begin(), parent_vertices.end()}, state_.vertices,
-                                   head_->grid.unit(), count);
+  auto groups =
+      partition_vertices({parent_vertices.begin(), parent_vertices.end()}, state_.vertices, head_->grid.unit(), count);
   for (std::uint32_t i = 0; i < count; ++i) {
     Cell& cell = cells_[first + i];
     const CellEntry& entry = index_->cells[first + i];
@@ -96,7 +96,8 @@ Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32
   if (cell.held[segment]) return {};
   cell.segments[segment].assign(bytes.begin(), bytes.end());
   cell.held[segment] = true;
-  const bool wanted_now = cell.started && cell.done + 1 == head_->first_generation(head_->layer_begin(entry.slab) + segment);
+  const bool wanted_now =
+      cell.started && cell.done + 1 == head_->first_generation(head_->layer_begin(entry.slab) + segment);
   if (wanted_now) waiting_[cell.done + 1].push_back(cell_number);
   return {};
 }
@@ -117,8 +118,8 @@ void ProgressiveMesh::find_neighbours(Cell& cell, std::uint32_t cell_number) {
   cell.neighbours_known = true;
 }
 
-// Every cell beside this one has all coarser generations; if not, `lagging` is one that has not. Cells beside a cell stay the
-// same while it is refined, except that a complete one of a coarser slab gives way to its children.
+// Every cell beside this one has all coarser generations; if not, `lagging` is one that has not. Cells beside a cell
+// stay the same while it is refined, except that a complete one of a coarser slab gives way to its children.
 bool ProgressiveMesh::surroundings_ready(Cell& cell, std::uint32_t cell_number, std::uint32_t& lagging) {
   const std::uint32_t slab = index_->cells[cell_number].slab;
   if (!cell.neighbours_known) find_neighbours(cell, cell_number);
@@ -148,15 +149,17 @@ Result<void> ProgressiveMesh::decode_generation(Cell& cell, const CellEntry& ent
       cell.decoder.append(cell.segments[segment]);
     }
     DecodedSplits source{cell.undo};
-    if (Result<void> done = code_generation(state_, cell.vertices, generation, cell.decoder, source, coding_); !done) return done;
+    if (Result<void> done = code_generation(state_, cell.vertices, generation, cell.decoder, source, coding_); !done)
+      return done;
   }
   const bool overran = cell.decoder.overran();
   const bool layer_ends = coded && generation == head_->layer_ends[layer];
-  const bool unfinished = layer_ends && !(generation == slab_end(entry.slab) ? cell.decoder.finished_cleanly() : cell.decoder.used_up());
+  const bool unfinished =
+      layer_ends && !(generation == slab_end(entry.slab) ? cell.decoder.finished_cleanly() : cell.decoder.used_up());
   const bool incomplete = generation == slab_end(entry.slab) && cell.vertices.made != entry.split_count;
   if (!overran && !unfinished && !incomplete) return {};
-  return fail(ErrorKind::bad_input, "cell " + std::to_string(cell.vertices.cell) + " segment " + std::to_string(segment) +
-                                        ": its splits do not fill the segment");
+  return fail(ErrorKind::bad_input, "cell " + std::to_string(cell.vertices.cell) + " segment " +
+                                        std::to_string(segment) + ": its splits do not fill the segment");
 }
 
 Result<void> ProgressiveMesh::apply_generation(std::uint32_t cell_number) {
@@ -228,7 +231,8 @@ std::vector<std::uint32_t> ProgressiveMesh::take_waiting() {
   return cells;
 }
 
-// Cell by cell, each as far as it goes, then its children: while a piece of the surface is refined, it stays in the cache.
+// Cell by cell, each as far as it goes, then its children: while a piece of the surface is refined, it stays in the
+// cache.
 Result<void> ProgressiveMesh::refine_in_depth() {
   std::vector<std::uint32_t> stack = take_waiting();
   std::reverse(stack.begin(), stack.end());
@@ -247,8 +251,8 @@ Result<void> ProgressiveMesh::refine_in_depth() {
   return {};
 }
 
-// Takes a cell to a generation, or as far as held segments allow, and the cells beside it as far as that needs: they lag behind by
-// a generation at least, so this is recursive at most as often as there are generations.
+// Takes a cell to a generation, or as far as held segments allow, and the cells beside it as far as that needs: they
+// lag behind by a generation at least, so this is recursive at most as often as there are generations.
 Result<void> ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generation) {
   Cell& cell = cells_[cell_number];
   while (cell.started && cell.done < generation && next_segment_held(cell_number)) {
@@ -343,7 +347,8 @@ std::uint32_t ProgressiveMesh::complete_generation() const {
 
 namespace {
 
-// By their smallest vertices, which stand first; ties by the next vertex. So equal meshes have their triangles in equal order.
+// By their smallest vertices, which stand first; ties by the next vertex. So equal meshes have their triangles in equal
+// order.
 std::vector<Triangle> in_order(const std::vector<Triangle>& triangles, std::size_t vertex_count) {
   std::vector<std::uint32_t> begin(vertex_count + 1, 0);
   for (const Triangle& t : triangles) ++begin[std::min({t[0], t[1], t[2]}) + 1];

@@ -1,8 +1,9 @@
-// The paper's PFanMesh at work: an asset's mesh between FM0 and the full model, refined cell by cell as segments arrive.
+// The paper's PFanMesh at work: an asset's mesh between FM0 and the full model, refined cell by cell as segments
+// arrive.
 //
-// Why any arrival order gives the same mesh: within a generation patches share no face, so their splits do not see each other; a
-// cell takes up a generation only when every cell beside it has all coarser ones, so that each root's ring is the one the
-// builder saw. Holding a set of segments therefore means one mesh, whichever way it came about.
+// Why any arrival order gives the same mesh: within a generation patches share no face, so their splits do not see each
+// other; a cell takes up a generation only when every cell beside it has all coarser ones, so that each root's ring is
+// the one the builder saw. Holding a set of segments therefore means one mesh, whichever way it came about.
 #pragma once
 
 #include <memory>
@@ -23,13 +24,13 @@ class ProgressiveMesh {
   void set_index(std::shared_ptr<const AssetIndex> index);
   bool has_index() const { return index_ != nullptr; }
 
-  // Takes a copy of a segment's bytes, in any order; a second copy is ignored. Fails if there is no such segment, or if size or
-  // checksum differ from the cell table's. Nothing is decoded yet.
+  // Takes a copy of a segment's bytes, in any order; a second copy is ignored. Fails if there is no such segment, or if
+  // size or checksum differ from the cell table's. Nothing is decoded yet.
   Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
 
   // Decodes and applies all that can be. Where that would make more than `vertex_limit` vertices, it goes generation by
-  // generation, coarse to fine, and stops at that number or one cell's share of a generation more; a later call goes on from
-  // there. Returns how many splits were applied. After an error the mesh stays drawable, but no more is refined.
+  // generation, coarse to fine, and stops at that number or one cell's share of a generation more; a later call goes on
+  // from there. Returns how many splits were applied. After an error the mesh stays drawable, but no more is refined.
   Result<std::uint64_t> refine(std::uint32_t vertex_limit = kMostVertices);
 
   // Undoes every generation finer than `generation` (0 is FM0), keeping the segments: refine() restores them exactly.
@@ -44,8 +45,8 @@ class ProgressiveMesh {
   bool holds(std::uint32_t cell, std::uint32_t segment) const;
   // The coarsest generation that some cell still lacks, less one.
   std::uint32_t complete_generation() const;
-  // The mesh as it is now in the model's coordinates; vertices are renumbered without gaps, in order; triangles are ordered by
-  // their smallest vertices, which stand first.
+  // The mesh as it is now in the model's coordinates; vertices are renumbered without gaps, in order; triangles are
+  // ordered by their smallest vertices, which stand first.
   TriangleMesh triangle_mesh() const;
   std::size_t memory_bytes() const;
 

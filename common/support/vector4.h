@@ -1,5 +1,6 @@
-// Four numbers at once, by the vector extension of GCC and clang: each lane is computed by plain IEEE or integer operations, so
-// results are the same bits on every machine whose vector units round as IEEE 754 says (SSE2, AArch64, WebAssembly).
+// Four numbers at once, by the vector extension of GCC and clang: each lane is computed by plain IEEE or integer
+// operations, so results are the same bits on every machine whose vector units round as IEEE 754 says (SSE2, AArch64,
+// WebAssembly).
 #pragma once
 
 #include <bit>
@@ -52,7 +53,8 @@ inline float dot3(Float4 a, Float4 b) {
   const Float4 product = a * b;
   return product[0] + product[1] + product[2];
 }
-// The cross product with its axes rotated once: rotate_axes(cross_rotated(a, b)) is a x b. Sums of it are rotated at the end.
+// The cross product with its axes rotated once: rotate_axes(cross_rotated(a, b)) is a x b. Sums of it are rotated at
+// the end.
 inline Float4 cross_rotated(Float4 a, Float4 b) { return a * rotate_axes(b) - rotate_axes(a) * b; }
 
 // The sums of the first three lanes of four vectors, each added up as dot3 does it.

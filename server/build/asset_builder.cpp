@@ -28,7 +28,8 @@ class Builder {
 
   Result<BuiltAsset> build() {
     if (mesh_.positions.size() > kMostVertices) {
-      return fail(ErrorKind::limit, std::to_string(mesh_.positions.size()) + " vertices, the limit is " + std::to_string(kMostVertices));
+      return fail(ErrorKind::limit,
+                  std::to_string(mesh_.positions.size()) + " vertices, the limit is " + std::to_string(kMostVertices));
     }
     if (mesh_.triangles.empty()) return fail(ErrorKind::bad_input, "no triangles left after cleaning");
     describe();
@@ -59,8 +60,9 @@ class Builder {
     head_.grid = PositionGrid::fit(mesh_.positions, options_.position_bits.value_or(PositionGrid::default_bits(mesh_)));
   }
 
-  // A 256th of the model. Handles add faces that no merge takes away (faces less twice the vertices stay the same), and more
-  // than 2.07 faces a vertex are hardly drawn with 2.9 issued vertices each: such models stop earlier, at 1 % or 400.
+  // A 256th of the model. Handles add faces that no merge takes away (faces less twice the vertices stay the same), and
+  // more than 2.07 faces a vertex are hardly drawn with 2.9 issued vertices each: such models stop earlier, at 1 % or
+  // 400.
   std::uint32_t default_base_vertices() const {
     const std::int64_t excess = std::int64_t{head_.triangle_count} - 2 * std::int64_t{head_.vertex_count};
     const std::int64_t few_handles = std::min<std::int64_t>(14 * excess, std::max(400U, head_.vertex_count / 100U));
@@ -137,8 +139,8 @@ class Builder {
     CellGrower grower(head_, coded, base_numbers_, options_.cell_vertices);
     std::vector<RansEncoder> encoders;
     std::vector<std::vector<std::vector<std::byte>>> by_cell;  // [cell][layer of its slab]
-    std::vector<std::vector<float>> deviations;  // likewise: the largest of its merges
-    std::vector<float> current;                  // by cell
+    std::vector<std::vector<float>> deviations;                // likewise: the largest of its merges
+    std::vector<float> current;                                // by cell
     // What rounding to the grid can add: half a step's diagonal, once for each halving besides.
     const double rounding = 0.5 * std::sqrt(3.0) * head_.grid.step() * (1.0 + coded.history.middle_depth);
     Result<void> replayed = grower.replay(
@@ -229,8 +231,8 @@ class Builder {
     r.base_triangles = static_cast<std::uint32_t>(head_.base.triangles.size());
     r.splits = r.vertices - r.base_vertices;
     r.cells = static_cast<std::uint32_t>(index_.cells.size());
-    r.segments = static_cast<std::uint32_t>(
-        std::count_if(index_.segments.begin(), index_.segments.end(), [](const SegmentEntry& s) { return s.size_bytes != 0; }));
+    r.segments = static_cast<std::uint32_t>(std::count_if(index_.segments.begin(), index_.segments.end(),
+                                                          [](const SegmentEntry& s) { return s.size_bytes != 0; }));
     r.total_bytes = built.bytes.size();
     r.base_bytes = base_bytes_.size();
     r.split_bytes = preamble.segment_bytes;

@@ -13,7 +13,11 @@ class CellGrower {
  public:
   CellGrower(const AssetHead& head, const CodedHistory& coded, const std::vector<VertexId>& base_numbers,
              std::uint32_t cell_vertices)
-      : head_(head), coded_(coded), cell_vertices_(cell_vertices), source_(coded, base_numbers, head.vertex_count), state_(FanState::from_base(head.base, head.vertex_count)) {
+      : head_(head),
+        coded_(coded),
+        cell_vertices_(cell_vertices),
+        source_(coded, base_numbers, head.vertex_count),
+        state_(FanState::from_base(head.base, head.vertex_count)) {
     next_vertex_ = static_cast<std::uint32_t>(head.base.places.size());
   }
 
@@ -21,7 +25,8 @@ class CellGrower {
     return static_cast<std::uint32_t>(std::max<std::size_t>(1, (vertices + cell_vertices / 2) / cell_vertices));
   }
 
-  // Replays everything. `coder(cell)` gives the coder of a cell; `hook` sees each split's ring before it is coded; `end_layer(layer, cell)` is called for each cell when a layer is through.
+  // Replays everything. `coder(cell)` gives the coder of a cell; `hook` sees each split's ring before it is coded;
+  // `end_layer(layer, cell)` is called for each cell when a layer is through.
   template <class Coder, class Hook, class EndLayer>
   Result<void> replay(const SplitModel& model, Coder&& coder, Hook&& hook, EndLayer&& end_layer) {
     CellCoding coding(model, head_.grid);
