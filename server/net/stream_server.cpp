@@ -156,6 +156,8 @@ void StreamServer::Impl::stop() {
   io.stop();
   for (std::thread& thread : threads) thread.join();
   threads.clear();
+  asio::error_code ignored;
+  acceptor.close(ignored);  // where io stopped before it came to that: clients are to be refused, not to wait
   shared.counters.sessions_open = 0;  // those that did not read the goodbye in time end with io
 }
 
