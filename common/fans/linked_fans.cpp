@@ -3,6 +3,8 @@
 #include <cassert>
 #include <unordered_map>
 
+#include "common/support/huge_pages.h"
+
 namespace fanstream {
 namespace {
 
@@ -50,8 +52,8 @@ LinkedFans::LinkedFans(std::size_t vertex_count, const std::vector<Triangle>& tr
 }
 
 void LinkedFans::resize(std::size_t vertex_count) {
-  fans_.resize(vertex_count);
-  corners_.resize(4 * (base_faces_ + 2 * (vertex_count - base_vertices_)));
+  resize_large(fans_, vertex_count);
+  resize_large(corners_, 4 * (base_faces_ + 2 * (vertex_count - base_vertices_)));
 }
 
 std::vector<VertexId> LinkedFans::ring(VertexId v) const {

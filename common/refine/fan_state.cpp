@@ -1,11 +1,13 @@
 #include "common/refine/fan_state.h"
 
+#include "common/support/huge_pages.h"
+
 namespace fanstream {
 
 void FanState::resize(std::size_t vertex_count) {
   fans.resize(vertex_count);
-  vertices.resize(vertex_count);
-  cells.resize(vertex_count);
+  resize_large(vertices, vertex_count);
+  resize_large(cells, vertex_count);
 }
 
 void FanState::set_cell(std::uint32_t cell, std::span<const VertexId> of_cell) {
