@@ -42,6 +42,11 @@ void RingGeometry::note(std::uint32_t at, Uint4 ids, Uint4& gap) {
   gap |= inside & outside & (lane + uint4(1));
 }
 
+void RingGeometry::set_gap(Uint4 noted) {
+  const std::uint32_t found = any_bits(noted);
+  gap_ = found != 0 ? found - 1 : size_;
+}
+
 template <std::uint32_t blocks>
 void RingGeometry::lay_out(const FanWalk& walk) {
   std::array<Uint4, blocks> ids;
@@ -58,8 +63,7 @@ void RingGeometry::lay_out(const FanWalk& walk) {
       store4(corners_.data() + from + 4 * k, corners[k]);
     }
   }
-  const std::uint32_t found = any_bits(gap);
-  gap_ = found != 0 ? found - 1 : size_;
+  set_gap(gap);
 }
 
 void RingGeometry::lay_out_long(const LinkedFans& fans) {
@@ -72,8 +76,7 @@ void RingGeometry::lay_out_long(const LinkedFans& fans) {
   }
   Uint4 gap{};
   for (std::uint32_t at = 0; at < size_; at += 4) note(at, load4(ids_.data() + at), gap);
-  const std::uint32_t found = any_bits(gap);
-  gap_ = found != 0 ? found - 1 : size_;
+  set_gap(gap);
 }
 
 void RingGeometry::load(const LinkedFans& fans, VertexId root) {

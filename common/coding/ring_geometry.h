@@ -89,6 +89,7 @@ class RingGeometry {
   void lay_out(const FanWalk& walk);
   void lay_out_long(const LinkedFans& fans);
   void note(std::uint32_t at, Uint4 ids, Uint4& gap);
+  void set_gap(Uint4 noted);
   template <std::uint32_t blocks>
   void place_blocks(std::span<const FanVertex> vertices, Float4 unit);
   template <std::uint32_t blocks>

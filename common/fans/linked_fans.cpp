@@ -20,8 +20,8 @@ std::uint64_t edge_key(VertexId from, VertexId to) { return std::uint64_t{from} 
 
 LinkedFans::LinkedFans(std::size_t vertex_count, const std::vector<Triangle>& triangles)
     : fans_(vertex_count), base_vertices_(static_cast<std::uint32_t>(vertex_count)) {
-  std::unordered_map<std::uint64_t, CornerId>
-      corner_of;  // by directed edge: the corner at its start in the face on its left
+  // By directed edge: the corner at its start in the face on its left.
+  std::unordered_map<std::uint64_t, CornerId> corner_of;
   corner_of.reserve(4 * triangles.size());
   const auto add_face = [&](VertexId a, VertexId b, VertexId c) {
     const auto corner = static_cast<CornerId>(corners_.size());

@@ -143,12 +143,12 @@ class Builder {
     std::vector<float> current;                                // by cell
     // What rounding to the grid can add: half a step's diagonal, once for each halving besides.
     const double rounding = 0.5 * std::sqrt(3.0) * head_.grid.step() * (1.0 + coded.history.middle_depth);
+    const auto encoder = [&](std::uint32_t cell) -> RansEncoder& {
+      if (cell >= encoders.size()) encoders.resize(cell + 1);
+      return encoders[cell];
+    };
     Result<void> replayed = grower.replay(
-        model,
-        [&](std::uint32_t cell) -> RansEncoder& {
-          if (cell >= encoders.size()) encoders.resize(cell + 1);
-          return encoders[cell];
-        },
+        model, encoder,
         [&](const RingGeometry&, const FanSplit& split, const MergeRecord& merge) {
           const std::uint32_t cell = grower.state().cells[split.root].cell;
           if (cell >= current.size()) current.resize(cell + 1, 0.0F);
@@ -160,12 +160,11 @@ class Builder {
           if (cell >= current.size()) current.resize(cell + 1, 0.0F);
           deviations[cell].push_back(current[cell]);
           current[cell] = 0.0F;
-          if (cell >= encoders.size()) encoders.resize(cell + 1);
           if (std::ranges::find(head_.slab_ends, layer + 1) == head_.slab_ends.end()) {
-            encoders[cell].cut();
+            encoder(cell).cut();
           } else {
-            by_cell[cell] = encoders[cell].finish_segments();
-            encoders[cell] = {};
+            by_cell[cell] = encoder(cell).finish_segments();
+            encoder(cell) = {};  // its memory too
           }
           if (layer + 1 == head_.layer_ends.size()) report("encode", 1.0);
         });

@@ -88,15 +88,11 @@ void MergeQueue::put_back(const MergeCandidate& candidate) {
 
 void MergeQueue::push(const Entry& entry) {
   heap_.push_back(entry);
-  std::push_heap(heap_.begin(), heap_.end(), [this](const Entry& x, const Entry& y) {
-    return x.cost != y.cost ? x.cost > y.cost : is_cheaper(candidate_of(y), candidate_of(x));
-  });
+  std::push_heap(heap_.begin(), heap_.end(), dearer());
 }
 
 void MergeQueue::pop(MergeCandidate& best) {
-  std::pop_heap(heap_.begin(), heap_.end(), [this](const Entry& x, const Entry& y) {
-    return x.cost != y.cost ? x.cost > y.cost : is_cheaper(candidate_of(y), candidate_of(x));
-  });
+  std::pop_heap(heap_.begin(), heap_.end(), dearer());
   taken_ = heap_.back();
   best = candidate_of(taken_);
   heap_.pop_back();

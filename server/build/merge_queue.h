@@ -152,6 +152,12 @@ class MergeQueue {
     return entry.group == kNoGroup ? put_back_[entry.index] : judged_[entry.index];
   }
   void open(std::size_t wanted);
+  // Orders the heap with the cheapest on top.
+  auto dearer() const {
+    return [this](const Entry& x, const Entry& y) {
+      return x.cost != y.cost ? x.cost > y.cost : is_cheaper(candidate_of(y), candidate_of(x));
+    };
+  }
   void push(const Entry& entry);
   void pop(MergeCandidate& best);
 

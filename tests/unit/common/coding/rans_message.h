@@ -43,6 +43,12 @@ inline Message random_message(SeededRandom& random, std::size_t length, std::uin
   return message;
 }
 
+// How many values a step can have: from 0 up to one less.
+inline unsigned value_count(const Message& message, const Step& step) {
+  if (step.table < 0) return 1U << step.bits;
+  return static_cast<unsigned>(message.tables[static_cast<std::size_t>(step.table)].symbol_count());
+}
+
 template <class Coder>
 unsigned code(Coder& coder, const Message& message, const Step& step) {
   if (step.table < 0) return coder.bits(step.bits, step.value);
