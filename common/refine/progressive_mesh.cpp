@@ -387,9 +387,11 @@ std::size_t ProgressiveMesh::memory_bytes() const {
                       state_.cells.capacity() * sizeof(FanState::CellPlace) + cells_.capacity() * sizeof(Cell);
   for (const Cell& cell : cells_) {
     bytes += cell.vertices.initial.capacity() * sizeof(VertexId) + cell.undo.capacity() * sizeof(SplitUndo) +
-             cell.neighbours.capacity() * sizeof(std::uint32_t) + cell.made_before.capacity() * sizeof(std::uint32_t);
+             cell.neighbours.capacity() * sizeof(std::uint32_t) + cell.made_before.capacity() * sizeof(std::uint32_t) +
+             cell.layer_starts.capacity() * sizeof(RansDecoder);
     for (const auto& segment : cell.segments) bytes += segment.capacity();
   }
+  for (const auto& cells : refined_) bytes += cells.capacity() * sizeof(std::uint32_t);
   return bytes;
 }
 
