@@ -98,7 +98,7 @@ void ModelFetch::tell(const FetchGoal& goal) const {
   const std::uint64_t full = mesh_->head().vertex_count;
   options_.on_progress(
       {mesh_->vertex_count(), std::min<std::uint64_t>(full, goal.vertices.value_or(full)), source_->received_bytes(),
-       std::min<std::uint64_t>(preamble_.total_bytes(), goal.bytes.value_or(preamble_.total_bytes()))});
+       std::min<std::uint64_t>(preamble_.section_bytes(), goal.bytes.value_or(preamble_.section_bytes()))});
 }
 
 // Receives segments up to `end` of the order and applies them.

@@ -99,16 +99,18 @@ Result<void> AssetFile::read() {
   Result<AssetPreamble> preamble = read_preamble(bytes_, name_);
   if (!preamble) return tl::unexpected(preamble.error());
   preamble_ = *preamble;
-  if (bytes_.size() < preamble_.total_bytes()) {
+  if (bytes_.size() < preamble_.file_bytes()) {
     return fail(ErrorKind::bad_input, fmt::format("{}: cut short at byte {} of {}; copy or build the asset again",
-                                                  name_, bytes_.size(), preamble_.total_bytes()));
+                                                  name_, bytes_.size(), preamble_.file_bytes()));
   }
-  if (bytes_.size() > preamble_.total_bytes()) {
+  if (bytes_.size() > preamble_.file_bytes()) {
     return fail(ErrorKind::bad_input,
                 fmt::format("{}: {} bytes follow the asset's end at byte {}; copy or build it again", name_,
-                            bytes_.size() - preamble_.total_bytes(), preamble_.total_bytes()));
+                            bytes_.size() - preamble_.file_bytes(), preamble_.file_bytes()));
   }
-  if (content_digest(bytes_.subspan(kPreambleBytes)) != preamble_.digest) return tl::unexpected(damage());
+  if (const auto block = first_damaged_block(); block || content_digest(content()) != preamble_.digest) {
+    return tl::unexpected(damage(block));
+  }
   Result<AssetHead> head = read_head(this->head(), name_);
   if (!head) return tl::unexpected(head.error());
   // Memory is taken by vertex; nothing near an eighth of a bit for each has ever been seen (a flat grid takes 5 bits).
@@ -129,31 +131,35 @@ std::span<const std::byte> AssetFile::segment(std::uint32_t cell, std::uint32_t 
   return bytes_.subspan(entry.offset, entry.size_bytes);
 }
 
-// The digest is wrong: says where the damage lies as far as the parts' own checks can tell.
-Error AssetFile::damage() const {
-  const auto error = [this](const std::string& where) {
-    return Error{ErrorKind::bad_input, name_ + ": damaged " + where + "; copy or build the asset again"};
-  };
-  const std::string in_head = fmt::format("in the digest or the head, bytes 32 to {}", preamble_.head_bytes - 1);
-  const Result<AssetHead> head = read_head(this->head(), "the head");
-  if (!head) return error(in_head + " (" + head.error().message + ")");
-  if (!believable(head->vertex_count)) return error(in_head);
-  const Result<AssetIndex> index = read_index(this->index(), preamble_, *head, "the index");
-  if (!index) {
-    return error(fmt::format("before byte {}, in the head or the cell table ({})",
-                             preamble_.head_bytes + preamble_.index_bytes, index.error().message));
+std::span<const std::byte> AssetFile::content() const {
+  return bytes_.subspan(kPreambleBytes, preamble_.section_bytes() - kPreambleBytes);
+}
+
+std::optional<std::uint64_t> AssetFile::first_damaged_block() const {
+  ByteReader checksums(bytes_.subspan(preamble_.section_bytes()));
+  for (std::uint64_t block = 0; block < preamble_.block_count(); ++block) {
+    const auto rest = content().subspan(block * kBlockBytes);
+    if (block_checksum(rest.first(std::min(rest.size(), kBlockBytes))) != checksums.u32()) return block;
   }
-  for (std::size_t c = 0; c < index->cells.size(); ++c) {
-    for (std::uint32_t s = 0; s < index->cells[c].segment_count; ++s) {
-      const SegmentEntry& entry = index->segments[index->cells[c].first_segment + s];
-      if (segment_checksum(bytes_.subspan(entry.offset, entry.size_bytes)) == entry.checksum || entry.size_bytes == 0)
-        continue;
-      return error(fmt::format("in cell {} segment {}, bytes {} to {}", c, s, entry.offset,
-                               entry.offset + entry.size_bytes - 1));
-    }
+  return {};
+}
+
+// Says where the damage lies; of the segments only a block is known.
+Error AssetFile::damage(std::optional<std::uint64_t> block) const {
+  std::string where = "in the digest, bytes 32 to 47";
+  if (block) {
+    const std::uint64_t begin = kPreambleBytes + *block * kBlockBytes;
+    const std::uint64_t end = std::min(begin + kBlockBytes, preamble_.section_bytes());
+    const std::uint64_t index_begin = preamble_.head_bytes;
+    const std::uint64_t segments_begin = index_begin + preamble_.index_bytes;
+    std::string sections;
+    if (begin < index_begin) sections += ", the head";
+    if (begin < segments_begin && end > index_begin) sections += ", the cell table";
+    if (end > segments_begin) sections += ", the segments";
+    where = fmt::format("in bytes {} to {} ({}) or their checksum at byte {}", begin, end - 1, sections.substr(2),
+                        preamble_.section_bytes() + 4 * *block);
   }
-  return error(fmt::format("in the digest, the head or the cell table, bytes 32 to {}",
-                           preamble_.head_bytes + preamble_.index_bytes - 1));
+  return {ErrorKind::bad_input, name_ + ": damaged " + where + "; copy or build the asset again"};
 }
 
 std::string text_of(const Digest& digest) {

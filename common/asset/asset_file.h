@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,7 @@ namespace fanstream {
 // which are only ever replaced by renaming; programs that show a file for a moment may map it where it lies.
 class AssetFile final : public SegmentSource {
  public:
-  // Errors name the file, the byte (or cell and segment) and what to do: not_found, io, bad_input (empty, cut short,
+  // Errors name the file, the bytes and what to do: not_found, io, bad_input (empty, cut short,
   // not an asset, one flipped byte), unsupported (another version), limit.
   static Result<std::shared_ptr<const AssetFile>> open(const std::filesystem::path& path);
   // `name` takes the path's place in errors.
@@ -27,7 +28,7 @@ class AssetFile final : public SegmentSource {
   AssetFile(const AssetFile&) = delete;
   AssetFile& operator=(const AssetFile&) = delete;
 
-  // The whole file: head, index and segments lie in it one after another, without gaps.
+  // The whole file: head, index and segments lie in it one after another, without gaps; then the blocks' checksums.
   std::span<const std::byte> bytes() const { return bytes_; }
   const AssetPreamble& preamble() const { return preamble_; }
   const std::shared_ptr<const AssetHead>& asset_head() const { return head_; }
@@ -51,7 +52,9 @@ class AssetFile final : public SegmentSource {
   Result<void> read();
   Result<void> check_start() const;
   bool believable(std::uint64_t vertices) const;
-  Error damage() const;
+  std::span<const std::byte> content() const;
+  std::optional<std::uint64_t> first_damaged_block() const;
+  Error damage(std::optional<std::uint64_t> block) const;
 
   std::string name_;
   std::vector<std::byte> owned_;  // or

@@ -15,20 +15,20 @@ constexpr std::uint32_t kMagic = 0x4E415346U;  // "FSAN"
 
 }  // namespace
 
-double error_from_code(std::uint8_t code, double step) { return code == 0 ? 0.0 : step * std::exp2(code / 8.0 - 4.0); }
+double error_from_code(std::uint8_t code, double step) { return code == 0 ? 0.0 : step * std::exp2(code / 4.0 - 4.0); }
 
 std::uint8_t code_of_error(double error, double step) {
   if (!(error > 0.0)) return 0;
-  return static_cast<std::uint8_t>(std::clamp(std::ceil(8.0 * (std::log2(error / step) + 4.0)), 1.0, 255.0));
+  return static_cast<std::uint8_t>(std::clamp(std::ceil(4.0 * (std::log2(error / step) + 4.0)), 1.0, 255.0));
 }
 
-std::uint16_t segment_checksum(std::span<const std::byte> bytes) {
-  return static_cast<std::uint16_t>(XXH3_64bits(bytes.data(), bytes.size()));
+std::uint32_t block_checksum(std::span<const std::byte> block) {
+  return static_cast<std::uint32_t>(XXH3_64bits(block.data(), block.size()));
 }
 
-Digest content_digest(std::span<const std::byte> behind_preamble) {
+Digest content_digest(std::span<const std::byte> content) {
   XXH128_canonical_t canonical;
-  XXH128_canonicalFromHash(&canonical, XXH3_128bits(behind_preamble.data(), behind_preamble.size()));
+  XXH128_canonicalFromHash(&canonical, XXH3_128bits(content.data(), content.size()));
   Digest digest;
   std::copy(std::begin(canonical.digest), std::end(canonical.digest), digest.begin());
   return digest;
@@ -64,6 +64,17 @@ Result<AssetPreamble> read_preamble(std::span<const std::byte> data, const std::
     return fail(ErrorKind::bad_input, name + ": impossible section sizes at byte 8");
   }
   return preamble;
+}
+
+std::vector<std::byte> assemble_file(AssetPreamble sizes, std::span<const std::byte> content) {
+  sizes.digest = content_digest(content);
+  ByteWriter file;
+  write_preamble(sizes, file);
+  file.bytes(content);
+  for (; !content.empty(); content = content.subspan(std::min(content.size(), kBlockBytes))) {
+    file.u32(block_checksum(content.first(std::min(content.size(), kBlockBytes))));
+  }
+  return file.take();
 }
 
 void write_head(const AssetHead& head, std::span<const std::byte> coded_base, ByteWriter& out) {
@@ -146,16 +157,18 @@ Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string&
 
 namespace {
 
-// Numbers of the cell table are coded as differences from what the cells before had, each kind with a running mean and spread
+// Numbers of the cell table are coded as differences from what is expected of them, each kind with a running mean and spread
 // of its own. Written once for both directions.
 class RunningNumber {
  public:
   RunningNumber(float mean, float spread) : mean_(mean), spread_(spread) {}
+  // Of a number that is mostly about `per` times the mean.
   template <class Coder>
-  std::int32_t code(Coder& coder, std::int32_t value) {
-    const std::int32_t coded = ResidualTables::instance().code(coder, mean_, spread_ * spread_, value);
-    const float error = static_cast<float>(coded) - mean_;
-    mean_ += 0.125F * error;
+  std::int32_t code(Coder& coder, std::int32_t value, float per = 1.0F) {
+    const float expected = mean_ * per;
+    const std::int32_t coded = ResidualTables::instance().code(coder, expected, spread_ * spread_, value);
+    const float error = static_cast<float>(coded) - expected;
+    mean_ += 0.125F * (error / per);
     spread_ += 0.125F * (1.3F * std::fabs(error) - spread_);
     if (spread_ < 0.25F) spread_ = 0.25F;
     return coded;
@@ -174,11 +187,12 @@ class CellTableCoder {
   CellTableCoder(const AssetHead& head, std::uint32_t slab)
       : layers_(head.slab_ends[slab] - head.layer_begin(slab)),
         parents_(slab + 1 < head.slab_ends.size()),
-        sizes_(layers_, RunningNumber(100.0F, 50.0F)),
-        errors_(layers_, RunningNumber(60.0F, 16.0F)) {}
+        sizes_(layers_, RunningNumber(0.5F, 4.0F)),
+        falls_(layers_, RunningNumber(4.0F, 4.0F)) {}
 
+  // `before`: the parent's last error code, 0 in slab 0.
   template <class Coder>
-  bool code(Coder& coder, CellEntry& cell, std::span<SegmentEntry> segments) {
+  bool code(Coder& coder, std::int32_t before, CellEntry& cell, std::span<SegmentEntry> segments) {
     const std::int32_t splits = splits_.code(coder, static_cast<std::int32_t>(cell.split_count));
     const std::int32_t children = parents_ ? children_.code(coder, static_cast<std::int32_t>(cell.child_count)) : 0;
     if (splits < 0 || children < 0) return false;
@@ -187,17 +201,15 @@ class CellTableCoder {
     for (std::size_t s = 0; s < segments.size(); ++s) {
       SegmentEntry& segment = segments[s];
       if (splits > 0) {
-        const std::int32_t size = sizes_[s].code(coder, static_cast<std::int32_t>(segment.size_bytes / 2));
+        const std::int32_t size =
+            sizes_[s].code(coder, static_cast<std::int32_t>(segment.size_bytes / 2), static_cast<float>(splits));
         if (size < 0 || size > kMostSegmentWords) return false;
         segment.size_bytes = 2 * static_cast<std::uint32_t>(size);
       }
-      if (segment.size_bytes != 0) {
-        const unsigned high = coder.bits(8, segment.checksum >> 8U);
-        segment.checksum = static_cast<std::uint16_t>(high << 8U | coder.bits(8, segment.checksum & 0xFFU));
-      }
-      const std::int32_t error = errors_[s].code(coder, segment.error_code);
+      const std::int32_t error = before - falls_[s].code(coder, before - segment.error_code);
       if (error < 0 || error > 255) return false;
       segment.error_code = static_cast<std::uint8_t>(error);
+      before = error;
     }
     return true;
   }
@@ -208,8 +220,15 @@ class CellTableCoder {
   RunningNumber splits_{80.0F, 30.0F};
   RunningNumber children_{3.0F, 1.0F};
   std::vector<RunningNumber> sizes_;
-  std::vector<RunningNumber> errors_;
+  std::vector<RunningNumber> falls_;
 };
+
+// What a cell's first error code is coded against.
+std::int32_t error_before(const AssetIndex& index, const CellEntry& cell) {
+  if (cell.slab == 0) return 0;
+  const CellEntry& parent = index.cells[cell.parent];
+  return index.segments[parent.first_segment + parent.segment_count - 1].error_code;
+}
 
 }  // namespace
 
@@ -223,7 +242,7 @@ void write_index(const AssetIndex& index, const AssetHead& head, ByteWriter& out
       CellEntry cell = index.cells[end];
       std::vector<SegmentEntry> segments(index.segments.begin() + cell.first_segment,
                                          index.segments.begin() + cell.first_segment + cell.segment_count);
-      coding.code(encoder, cell, segments);
+      coding.code(encoder, error_before(index, cell), cell, segments);
     }
     const std::vector<std::byte> bytes = encoder.finish();
     out.varint(bytes.size());
@@ -286,7 +305,7 @@ class IndexReader {
       cell.first_segment = static_cast<std::uint32_t>(index_.segments.size());
       cell.segment_count = layers;
       index_.segments.resize(index_.segments.size() + layers);
-      const bool good = coding.code(decoder, cell, std::span(index_.segments).last(layers)) && !decoder.overran();
+      const bool good = coding.code(decoder, error_before(index_, cell), cell, std::span(index_.segments).last(layers));
       cell.first_vertex = static_cast<VertexId>(head_.base.places.size() + vertices_);
       vertices_ += cell.split_count;
       if (!good || vertices_ > head_.vertex_count || cell.child_count > head_.vertex_count) {

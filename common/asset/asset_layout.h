@@ -17,13 +17,17 @@ inline constexpr std::uint32_t kAssetVersion = 2;
 inline constexpr std::uint32_t kMostVertices = 1U << 28;
 inline constexpr std::size_t kPreambleBytes = 48;
 
+inline constexpr std::size_t kBlockBytes = 16384;  // of the content, for each of which the file ends with a checksum
+
 // The first bytes of every asset: where its three sections lie, and what they add up to.
 struct AssetPreamble {
   std::uint64_t head_bytes = 0;  // with the preamble
   std::uint64_t index_bytes = 0;
   std::uint64_t segment_bytes = 0;
-  Digest digest{};  // XXH3-128 of everything behind the preamble
-  std::uint64_t total_bytes() const { return head_bytes + index_bytes + segment_bytes; }
+  Digest digest{};  // XXH3-128 of the content: all sections, but for the preamble
+  std::uint64_t section_bytes() const { return head_bytes + index_bytes + segment_bytes; }
+  std::uint64_t block_count() const { return (section_bytes() - kPreambleBytes + kBlockBytes - 1) / kBlockBytes; }
+  std::uint64_t file_bytes() const { return section_bytes() + 4 * block_count(); }
 };
 
 struct AssetHead {
@@ -49,7 +53,6 @@ struct AssetHead {
 struct SegmentEntry {
   std::uint64_t offset = 0;  // in the file; segments lie by layer, then by cell
   std::uint32_t size_bytes = 0;
-  std::uint16_t checksum = 0;  // low bits of XXH3-64
   // How far the cell, without this segment, may be off the original; see error_from_code. Never less than for a finer
   // segment of the cell or of its children.
   std::uint8_t error_code = 0;
@@ -69,13 +72,21 @@ struct CellEntry {
 struct AssetIndex {
   std::vector<CellEntry> cells;  // by slab, then by parent
   std::vector<SegmentEntry> segments;  // by cell
+
+  // Whether no later segment of the cell has any bytes: its stream ends with this one.
+  bool is_last_coded(const CellEntry& cell, std::uint32_t segment) const {
+    for (++segment; segment < cell.segment_count; ++segment) {
+      if (segments[cell.first_segment + segment].size_bytes != 0) return false;
+    }
+    return true;
+  }
 };
 
-// Bounds are coded upwards in eighths of a binary logarithm of grid steps from 2^-4; code 0 is exactly 0.
+// Bounds are coded upwards in quarters of a binary logarithm of grid steps from 2^-4; code 0 is exactly 0.
 double error_from_code(std::uint8_t code, double step);
 std::uint8_t code_of_error(double error, double step);
-std::uint16_t segment_checksum(std::span<const std::byte> bytes);
-Digest content_digest(std::span<const std::byte> behind_preamble);
+Digest content_digest(std::span<const std::byte> content);
+std::uint32_t block_checksum(std::span<const std::byte> block);
 
 // `data` is exactly the section; every count is checked before anything is allocated for it. Errors start with `name`.
 Result<AssetPreamble> read_preamble(std::span<const std::byte> data, const std::string& name);
@@ -87,5 +98,8 @@ Result<AssetIndex> read_index(std::span<const std::byte> index, const AssetPream
 void write_preamble(const AssetPreamble& preamble, ByteWriter& out);
 void write_head(const AssetHead& head, std::span<const std::byte> coded_base, ByteWriter& out);
 void write_index(const AssetIndex& index, const AssetHead& head, ByteWriter& out);
+
+// The whole file: a preamble of these sizes, the content, and the checksums of its blocks.
+std::vector<std::byte> assemble_file(AssetPreamble sizes, std::span<const std::byte> content);
 
 }  // namespace fanstream

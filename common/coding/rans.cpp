@@ -7,7 +7,7 @@ namespace fanstream {
 std::vector<std::vector<std::byte>> RansEncoder::finish_segments() {
   std::vector<std::vector<std::byte>> segments(cuts_.size() + 1);
   std::vector<std::uint16_t> words;  // of the current segment, last first
-  std::uint32_t state = RansDecoder::kStart;
+  std::uint32_t state = 0;
   std::size_t segment = cuts_.size();
   const auto close = [&] {
     std::vector<std::byte>& bytes = segments[segment];
@@ -28,37 +28,28 @@ std::vector<std::vector<std::byte>> RansEncoder::finish_segments() {
     }
     state = ((state / frequency) << FrequencyTable::kBits) + state % frequency + steps_[i].start;
   }
-  if (!steps_.empty()) {  // the state stands before the first symbol
-    words.push_back(static_cast<std::uint16_t>(state >> 16U));
-    words.push_back(static_cast<std::uint16_t>(state));
-  }
+  for (; state != 0; state >>= 16U) words.push_back(static_cast<std::uint16_t>(state));  // before the first symbol
   close();
   steps_.clear();
   cuts_.clear();
   return segments;
 }
 
-RansDecoder::RansDecoder(std::span<const std::byte> bytes) { append(bytes); }
-
-void RansDecoder::append(std::span<const std::byte> bytes) {
+void RansDecoder::append(std::span<const std::byte> bytes, bool ends) {
   bytes_ = bytes.data();
   position_ = 0;
   size_ = bytes.size();
-  if (begun_ || bytes.empty()) return;
-  begun_ = true;
-  state_ = next_word();
-  state_ |= next_word() << 16U;
-  if (state_ < kStart) position_ = size_ + 1;  // no encoder leaves that: as good as cut off
-}
-
-std::uint32_t RansDecoder::next_word() {
-  std::uint32_t word = 0;
-  if (position_ + 2 <= size_) {
-    word = std::to_integer<std::uint32_t>(bytes_[position_]) | std::to_integer<std::uint32_t>(bytes_[position_ + 1])
-                                                                   << 8U;
+  ends_ = ends;
+  begun_ = begun_ || !bytes.empty();
+  if (size_ % 2 != 0) {  // no encoder leaves that: nothing is read, nor is it ever used up
+    position_ = 1;
+    size_ = 0;
   }
-  position_ += 2;
-  return word;
+  for (int words = 0; words < 2 && state_ < kLeast && position_ < size_; ++words) {
+    state_ = state_ << 16U | std::to_integer<std::uint32_t>(bytes_[position_]) |
+             std::to_integer<std::uint32_t>(bytes_[position_ + 1]) << 8U;
+    position_ += 2;
+  }
 }
 
 }  // namespace fanstream

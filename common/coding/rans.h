@@ -1,4 +1,6 @@
-// Range coding with asymmetric numeral systems (Duda 2013): static frequencies, one 32-bit state, 16-bit words.
+// Range coding with asymmetric numeral systems (Duda 2013): static frequencies, one 32-bit state, 16-bit words. The last
+// symbols are coded in a state that has not filled up yet, so that a stream costs a byte more than its symbols, not
+// three.
 //
 // A symbol coder is anything with `int symbol(const FrequencyTable&, int)` and `unsigned bits(int count, unsigned)`:
 // the encoder records what it is given and returns it, the decoder ignores the argument and returns what it reads.
@@ -49,16 +51,16 @@ class RansEncoder {
   std::vector<std::size_t> cuts_;
 };
 
-// Reads what RansEncoder wrote. Safe on any bytes: past the end it reads zeros and remembers that it did.
+// Reads what RansEncoder wrote. Safe on any bytes: where words are missing it goes on with the state it has.
 // The bytes must outlive it.
 class RansDecoder {
  public:
   static constexpr bool kDecodes = true;  // what is passed in as values does not matter and need not be computed
   RansDecoder() = default;
-  explicit RansDecoder(std::span<const std::byte> bytes);
+  explicit RansDecoder(std::span<const std::byte> whole_stream) { append(whole_stream, true); }
 
-  // Goes on with the next segment. Precondition: used_up().
-  void append(std::span<const std::byte> bytes);
+  // Goes on with the next segment. `ends`: none that follows it has any bytes. Precondition: used_up().
+  void append(std::span<const std::byte> bytes, bool ends);
 
   [[gnu::always_inline]] int symbol(const FrequencyTable& table, int /*value*/) {
     const std::uint32_t slot = state_ & (FrequencyTable::kTotal - 1);
@@ -73,14 +75,16 @@ class RansDecoder {
     consume(slot, value << shift, 1U << shift);
     return value;
   }
-  // True if all bytes were used and none was missing.
-  bool used_up() const { return position_ == size_; }
-  // True if besides the state is the one that encoding starts from. Damaged symbols hardly ever pass; damage to raw
-  // bits alone can (CODING.md), which is what checksums are for.
-  bool finished_cleanly() const { return used_up() && state_ == kStart; }
-  bool overran() const { return position_ > size_; }
+  // True if all bytes were used and, as far as this can be told before the stream's end, none was missing.
+  bool used_up() const { return position_ == size_ && !starved(); }
+  // True if besides the stream is at its end. Damaged symbols hardly ever pass; damage to raw bits alone can
+  // (CODING.md), which is what checksums are for.
+  bool finished_cleanly() const { return used_up() && ends_ && state_ == 0; }
+  // Words were missing though the stream had not ended.
+  bool starved() const { return begun_ && !ends_ && state_ < kLeast; }
 
-  static constexpr std::uint32_t kStart = 1U << 16;
+  // A state is never below it while there are words left.
+  static constexpr std::uint32_t kLeast = 1U << 16;
 
  private:
   static constexpr std::array<std::byte, 2> kNothing{};
@@ -88,19 +92,20 @@ class RansDecoder {
   // Every seventh step or so takes a word, nobody can tell which: so none branches on it.
   [[gnu::always_inline]] void consume(std::uint32_t slot, std::uint32_t start, std::uint32_t frequency) {
     const std::uint32_t state = frequency * (state_ >> FrequencyTable::kBits) + slot - start;
-    const std::byte* from = position_ + 1 < size_ ? bytes_ + position_ : kNothing.data();
+    const bool any = position_ < size_;
+    const std::byte* from = any ? bytes_ + position_ : kNothing.data();
     const std::uint32_t word = std::to_integer<std::uint32_t>(from[0]) | std::to_integer<std::uint32_t>(from[1]) << 8U;
-    const bool low = state < kStart;
-    state_ = low ? state << 16U | word : state;
-    position_ += low ? 2 : 0;
+    const bool takes = any & (state < kLeast);
+    state_ = takes ? state << 16U | word : state;
+    position_ += takes ? 2 : 0;
   }
-  std::uint32_t next_word();
 
   const std::byte* bytes_ = nullptr;
   std::size_t position_ = 0;
-  std::size_t size_ = 0;
-  std::uint32_t state_ = kStart;
-  bool begun_ = false;  // the state has been read, from the first four bytes
+  std::size_t size_ = 0;  // even
+  std::uint32_t state_ = 0;
+  bool ends_ = true;
+  bool begun_ = false;  // some segment had bytes
 };
 
 }  // namespace fanstream

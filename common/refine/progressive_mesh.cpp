@@ -91,7 +91,6 @@ Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32
                                           std::to_string(expected.size_bytes));
   }
   if (bytes.empty()) return {};
-  if (segment_checksum(bytes) != expected.checksum) return fail(ErrorKind::bad_input, where() + ": wrong checksum");
   Cell& cell = cells_[cell_number];
   if (cell.held[segment]) return {};
   cell.segments[segment].assign(bytes.begin(), bytes.end());
@@ -146,18 +145,18 @@ Result<void> ProgressiveMesh::decode_generation(Cell& cell, const CellEntry& ent
   if (coded) {
     if (generation == head_->first_generation(layer)) {
       cell.layer_starts.push_back(cell.decoder);
-      cell.decoder.append(cell.segments[segment]);
+      cell.decoder.append(cell.segments[segment], index_->is_last_coded(entry, segment));
     }
     DecodedSplits source{cell.undo};
     if (Result<void> done = code_generation(state_, cell.vertices, generation, cell.decoder, source, coding_); !done)
       return done;
   }
-  const bool overran = cell.decoder.overran();
+  const bool starved = cell.decoder.starved();
   const bool layer_ends = coded && generation == head_->layer_ends[layer];
   const bool unfinished =
       layer_ends && !(generation == slab_end(entry.slab) ? cell.decoder.finished_cleanly() : cell.decoder.used_up());
   const bool incomplete = generation == slab_end(entry.slab) && cell.vertices.made != entry.split_count;
-  if (!overran && !unfinished && !incomplete) return {};
+  if (!starved && !unfinished && !incomplete) return {};
   return fail(ErrorKind::bad_input, "cell " + std::to_string(cell.vertices.cell) + " segment " +
                                         std::to_string(segment) + ": its splits do not fill the segment");
 }

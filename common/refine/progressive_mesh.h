@@ -25,7 +25,7 @@ class ProgressiveMesh {
   bool has_index() const { return index_ != nullptr; }
 
   // Takes a copy of a segment's bytes, in any order; a second copy is ignored. Fails if there is no such segment, or if
-  // size or checksum differ from the cell table's. Nothing is decoded yet.
+  // its size differs from the cell table's. Nothing is decoded yet.
   Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
 
   // Decodes and applies all that can be. Where that would make more than `vertex_limit` vertices, it goes generation by

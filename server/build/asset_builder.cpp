@@ -186,7 +186,6 @@ class Builder {
       for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
         SegmentEntry entry;
         entry.size_bytes = static_cast<std::uint32_t>(by_cell[c][s].size());
-        entry.checksum = segment_checksum(by_cell[c][s]);
         entry.error_code = code_of_error(deviations[c][s] + rounding, head_.grid.step());
         index_.segments.push_back(entry);
         auto& out = layer_segments_[head_.layer_begin(cell.slab) + s];
@@ -209,12 +208,8 @@ class Builder {
     body.bytes(head.view());
     body.bytes(index.view());
     for (const auto& layer : layer_segments_) body.bytes(layer);
-    preamble.digest = content_digest(body.view());
-    ByteWriter file;
-    write_preamble(preamble, file);
-    file.bytes(body.view());
     BuiltAsset built;
-    built.bytes = file.take();
+    built.bytes = assemble_file(preamble, body.view());
     fill_report(built, history, preamble);
     return built;
   }

@@ -88,7 +88,7 @@ Result<FanState> replay_asset(const OpenAsset& asset, std::span<const std::uint3
           const std::uint32_t cell = cells[i].cell;
           const auto bytes = asset.segment(cell, layer - head.layer_begin(slab));
           if (last_generation[cell] < g || index.cells[cell].split_count == 0) continue;
-          if (g == head.first_generation(layer)) decoders[i].append(bytes);
+          if (g == head.first_generation(layer)) decoders[i].append(bytes, index.is_last_coded(index.cells[cell], layer - head.layer_begin(slab)));
           detail::WatchedSplits<Observer> source{observer, cell, g};
           const Result<void> coded = code_generation(state, cells[i], g, decoders[i], source, coding);
           if (!coded) return tl::unexpected(coded.error());

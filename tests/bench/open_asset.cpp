@@ -13,9 +13,9 @@ struct Parts {
 Result<Parts> read_parts(std::span<const std::byte> bytes, const std::string& name) {
   Result<AssetPreamble> preamble = read_preamble(bytes.first(std::min(bytes.size(), kPreambleBytes)), name);
   if (!preamble) return tl::unexpected(preamble.error());
-  if (bytes.size() != preamble->total_bytes()) {
+  if (bytes.size() != preamble->file_bytes()) {
     return fail(ErrorKind::bad_input, name + ": " + std::to_string(bytes.size()) + " bytes, its preamble says " +
-                                          std::to_string(preamble->total_bytes()));
+                                          std::to_string(preamble->file_bytes()));
   }
   Result<AssetHead> head = read_head(bytes.first(preamble->head_bytes), name);
   if (!head) return tl::unexpected(head.error());

@@ -30,7 +30,7 @@ Result<OpenAsset> open_asset(std::vector<std::byte> bytes) {
   const Result<AssetPreamble> preamble = read_preamble(asset.bytes, "asset");
   if (!preamble) return tl::unexpected(preamble.error());
   asset.preamble = *preamble;
-  if (preamble->total_bytes() != asset.bytes.size()) return fail(ErrorKind::bad_input, "sections do not add up");
+  if (preamble->file_bytes() != asset.bytes.size()) return fail(ErrorKind::bad_input, "sections do not add up");
   Result<AssetHead> head = read_head(asset.head_bytes(), "asset");
   if (!head) return tl::unexpected(head.error());
   Result<AssetIndex> index = read_index(asset.index_bytes(), asset.preamble, *head, "asset");

@@ -44,12 +44,8 @@ std::vector<std::byte> forged(const AssetFile& asset, const AssetHead& head) {
   write_head(head, asset.head().last(head.base_bytes), body);
   AssetPreamble preamble = asset.preamble();
   preamble.head_bytes = kPreambleBytes + body.size();
-  body.bytes(asset.bytes().subspan(asset.head().size()));
-  preamble.digest = content_digest(body.view());
-  ByteWriter file;
-  write_preamble(preamble, file);
-  file.bytes(body.view());
-  return file.take();
+  body.bytes(asset.bytes().first(asset.preamble().section_bytes()).subspan(asset.head().size()));
+  return assemble_file(preamble, body.view());
 }
 
 TEST(AssetFile, HeadIndexAndSegmentsAreTheWholeFile) {

@@ -24,17 +24,13 @@ std::shared_ptr<const AssetFile> forged(const AssetFile& asset, const AssetHead&
   body.bytes(head_bytes.view());
   body.bytes(index_bytes.view());
   body.bytes(segments);
-  preamble.digest = content_digest(body.view());
-  ByteWriter file;
-  write_preamble(preamble, file);
-  file.bytes(body.view());
-  auto opened = AssetFile::from_memory(file.take(), "forged");
+  auto opened = AssetFile::from_memory(assemble_file(preamble, body.view()), "forged");
   EXPECT_TRUE(opened.has_value()) << opened.error().message;
   return opened ? *opened : nullptr;
 }
 
 std::vector<std::byte> segments_of(const AssetFile& asset) {
-  const auto view = asset.bytes().last(asset.preamble().segment_bytes);
+  const auto view = asset.bytes().first(asset.preamble().section_bytes()).last(asset.preamble().segment_bytes);
   return {view.begin(), view.end()};
 }
 
