@@ -6,7 +6,9 @@
 #include <xxhash.h>
 
 #include "common/coding/base_coder.h"
+#include "common/coding/next_split.h"
 #include "common/coding/residual_tables.h"
+#include "common/fans/linked_fans.h"
 
 namespace fanstream {
 namespace {
@@ -109,7 +111,7 @@ Result<void> read_layers(ByteReader& in, AssetHead& head, const std::string& nam
   for (std::uint8_t& end : head.slab_ends) end = in.u8();
   head.root_cell_count = static_cast<std::uint32_t>(std::min<std::uint64_t>(in.varint(), 0xFFFFFFFFU));
   const bool layers_used = head.slab_ends.empty() ? head.layer_ends.empty() : head.slab_ends.back() == head.layer_ends.size();
-  if (in.failed() || !rises(head.layer_ends, 250) || !rises(head.slab_ends, head.layer_ends.size()) || !layers_used) {
+  if (in.failed() || !rises(head.layer_ends, kMostGenerations) || !rises(head.slab_ends, head.layer_ends.size()) || !layers_used) {
     return tl::unexpected(in.error(name, "impossible layers"));
   }
   return {};
@@ -232,7 +234,25 @@ std::int32_t error_before(const AssetIndex& index, const CellEntry& cell) {
 
 }  // namespace
 
+namespace {
+
+// Of the vertices of FM0, in either direction. Nothing without generations.
+template <class Coder>
+void code_base(Coder& coder, const AssetHead& head, std::vector<std::uint8_t>& next_splits) {
+  if (head.generation_count() == 0) return;
+  const LinkedFans fans(head.base.places.size(), head.base.triangles);
+  code_base_splits(coder, SplitModel(head.statistics), fans, head.generation_count(), next_splits);
+}
+
+}  // namespace
+
 void write_index(const AssetIndex& index, const AssetHead& head, ByteWriter& out) {
+  std::vector<std::uint8_t> next_splits = index.base_next_splits;
+  RansEncoder base;
+  code_base(base, head, next_splits);
+  const std::vector<std::byte> base_bytes = base.finish();
+  out.varint(base_bytes.size());
+  out.bytes(base_bytes);
   for (std::size_t first = 0; first < index.cells.size();) {
     const std::uint32_t slab = index.cells[first].slab;
     CellTableCoder coding(head, slab);
@@ -259,6 +279,7 @@ class IndexReader {
       : in_(bytes), head_(head), name_(name) {}
 
   Result<AssetIndex> read(const AssetPreamble& preamble) {
+    if (Result<void> base = read_base(); !base) return tl::unexpected(base.error());
     std::uint64_t slab_cells = head_.root_cell_count;
     std::uint32_t slab_first = 0;
     for (std::uint32_t slab = 0; slab < head_.slab_ends.size(); ++slab) {
@@ -279,6 +300,16 @@ class IndexReader {
   }
 
  private:
+  Result<void> read_base() {
+    const std::uint64_t size = in_.varint();
+    if (in_.failed() || size > in_.remaining()) return tl::unexpected(in_.error(name_, "cut short"));
+    RansDecoder decoder(in_.bytes(static_cast<std::size_t>(size)));
+    index_.base_next_splits.assign(head_.base.places.size(), kNeverSplit);
+    code_base(decoder, head_, index_.base_next_splits);
+    if (!decoder.finished_cleanly()) return tl::unexpected(in_.error(name_, "damaged before"));
+    return {};
+  }
+
   std::uint64_t count_children(std::uint32_t slab_first) const {
     std::uint64_t total = 0;
     for (std::size_t p = slab_first; p < index_.cells.size(); ++p) total += index_.cells[p].child_count;

@@ -13,7 +13,7 @@
 
 namespace fanstream {
 
-inline constexpr std::uint32_t kAssetVersion = 2;
+inline constexpr std::uint32_t kAssetVersion = 3;
 inline constexpr std::uint32_t kMostVertices = 1U << 28;
 inline constexpr std::size_t kPreambleBytes = 48;
 
@@ -70,6 +70,7 @@ struct CellEntry {
 };
 
 struct AssetIndex {
+  std::vector<std::uint8_t> base_next_splits;  // by vertex of FM0: the generation, or kNeverSplit
   std::vector<CellEntry> cells;  // by slab, then by parent
   std::vector<SegmentEntry> segments;  // by cell
 

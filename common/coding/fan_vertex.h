@@ -9,11 +9,13 @@
 
 namespace fanstream {
 
-// Facts about a vertex that are the same whichever legal order splits were applied in, since only splits of its own
-// cell count. Generations here start at 1; 0 is the base.
+inline constexpr std::uint32_t kMostGenerations = 64;
+inline constexpr std::uint8_t kNeverSplit = 255;
+
+// Generations are numbered from 1; 0 is FM0.
 struct VertexContext {
-  std::uint8_t valence = 0;  // when it was last split or made, plus the wings it has been since; modulo 256
-  std::uint8_t touched = 0;  // the generation of that split
+  std::uint8_t touched = 0;           // that in which the vertex was last split or made
+  std::uint8_t next = kNeverSplit;    // that in which it is split next
   std::uint16_t unused = 0;
 };
 

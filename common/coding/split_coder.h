@@ -8,6 +8,8 @@
 #include <cmath>
 #include <span>
 
+#include "common/coding/large_value.h"
+#include "common/coding/next_split.h"
 #include "common/coding/residual_tables.h"
 #include "common/coding/ring_geometry.h"
 #include "common/coding/split_model.h"
@@ -19,11 +21,21 @@ namespace fanstream {
 struct SplitInProgress {
   RingGeometry ring;           // of the root, to be assigned before
   FanSplit split;              // given to an encoder, found by a decoder; wings are ring positions
-  bool last_of_patch = false;  // the root has no more splits in this generation
+  // The generations in which root and new vertex are split next: given to an encoder, found by a decoder.
+  std::uint8_t root_next = kNeverSplit;
+  std::uint8_t added_next = kNeverSplit;
   std::uint32_t length = 1;    // of the arc, in ring steps
   std::uint32_t rank = 0;      // of the arc among those of its length; on an open ring, from the gap
   Opening opening = Opening::closed;
+  FreeGenerations root_free;
+  FreeGenerations added_free;
   AxisChain chain;
+};
+
+// Where in the asset's generations a batch of splits stands.
+struct CodingTime {
+  std::uint32_t generation = 1;
+  std::uint32_t last = 1;  // of the asset
 };
 
 namespace detail {
@@ -43,18 +55,6 @@ struct FastCoder<Coder, true> {
   FastCoder(const FastCoder&) = delete;
   FastCoder& operator=(const FastCoder&) = delete;
 };
-
-// Values 0.. with an escape at the table's last symbol.
-template <class Coder>
-[[gnu::always_inline]] inline std::uint32_t code_large(Coder& coder, const FrequencyTable& table, std::uint32_t value) {
-  const auto escape = static_cast<std::uint32_t>(table.symbol_count() - 1);
-  const auto symbol = static_cast<std::uint32_t>(coder.symbol(table, static_cast<int>(std::min(value, escape))));
-  if (symbol < escape) [[likely]]
-    return symbol;
-  const unsigned rest = value - escape;
-  const unsigned high = coder.bits(12, rest >> 12U);
-  return escape + (high << 12U) + coder.bits(12, rest & 0xFFFU);
-}
 
 inline Opening opening_of(const RingGeometry& ring, std::uint32_t first, std::uint32_t last) {
   if (!ring.is_open()) return Opening::closed;
@@ -84,24 +84,58 @@ inline void find_wings(SplitInProgress& s) {
   s.split.last = ring.wrap(s.split.first + s.length);
 }
 
-// How the ring is cut, and where the parent lay.
+inline const FrequencyTable& table_at(const SplitModel& model, int index) {
+  return model.symbols[static_cast<std::size_t>(index)];
+}
+
+// How the ring is cut.
 template <class Coder>
-[[gnu::always_inline]] inline void code_shape(Coder& coder, const SplitModel& model, SplitInProgress& s) {
+[[gnu::always_inline]] inline void code_arc(Coder& coder, const SplitModel& model, SplitInProgress& s) {
   const std::uint32_t size = s.ring.size();
-  const auto table = [&model](int index) -> const FrequencyTable& {
-    return model.symbols[static_cast<std::size_t>(index)];
-  };
   if (s.ring.is_open()) [[unlikely]] {
-    s.opening = static_cast<Opening>(coder.symbol(table(SymbolContexts::opening(size)), static_cast<int>(s.opening)));
+    s.opening = static_cast<Opening>(
+        coder.symbol(table_at(model, SymbolContexts::opening(size)), static_cast<int>(s.opening)));
   }
-  s.length = std::min(1 + code_large(coder, table(SymbolContexts::length(s.opening, size)), s.length - 1), size - 1);
+  s.length =
+      std::min(1 + code_large(coder, table_at(model, SymbolContexts::length(s.opening, size)), s.length - 1), size - 1);
   if (s.opening == Opening::wing) [[unlikely]] {
     s.rank = coder.bits(1, s.rank);
   } else {
-    s.rank = std::min(code_large(coder, table(SymbolContexts::rank(size, s.length)), s.rank), size - 1);
+    s.rank = std::min(code_large(coder, table_at(model, SymbolContexts::rank(size, s.length)), s.rank), size - 1);
   }
-  const int parent_table = SymbolContexts::parent(s.last_of_patch, s.ring.is_open());
-  s.split.parent = static_cast<ParentPosition>(coder.symbol(table(parent_table), static_cast<int>(s.split.parent)));
+}
+
+// Neither vertex can be split next when one of its neighbours is.
+inline void find_free_generations(SplitInProgress& s, std::span<const FanVertex> vertices, const CodingTime& time) {
+  const std::uint32_t size = s.ring.size();
+  std::uint64_t added_taken = 0;
+  std::uint64_t root_taken = 0;
+  std::uint32_t at = s.split.first;
+  for (std::uint32_t i = 0; i < size; ++i) {
+    const VertexId w = s.ring.id(at);
+    const std::uint64_t bit = w == kOutside ? 0 : FreeGenerations::bit(vertices[w].context.next, time.generation);
+    added_taken |= i <= s.length ? bit : 0;
+    root_taken |= i >= s.length || i == 0 ? bit : 0;
+    at = at + 1 == size ? 0 : at + 1;
+  }
+  s.root_free = FreeGenerations(time.generation, time.last);
+  s.root_free.exclude_set(root_taken);
+  s.added_free = FreeGenerations(time.generation, time.last);
+  s.added_free.exclude_set(added_taken | 1U);  // nor in the generation that makes it
+}
+
+// When both vertices are split next, and where the parent lay.
+template <class Coder>
+[[gnu::always_inline]] inline void code_next_and_parent(Coder& coder, const SplitModel& model, SplitInProgress& s,
+                                                        const CodingTime& time) {
+  const std::uint32_t size = s.ring.size();
+  s.root_next =
+      code_next_split(coder, model, NextSplitOf::root, size - s.length + 2, s.root_free, s.root_next);
+  s.added_free.exclude(s.root_next);
+  s.added_next = code_next_split(coder, model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
+  const int parent_table = SymbolContexts::parent(s.root_next != time.generation, s.ring.is_open());
+  s.split.parent =
+      static_cast<ParentPosition>(coder.symbol(table_at(model, parent_table), static_cast<int>(s.split.parent)));
 }
 
 // One axis of the displacement, the axes in the order of the chain; where the kept centre is hidden, the vector to it
@@ -118,9 +152,10 @@ template <std::size_t place, class Coder>
 
 }  // namespace detail
 
-// Codes everything of the splits but their roots.
+// Codes everything of the splits but their roots. `vertices` are the mesh's as it is before all of them.
 template <class Coder>
-void code_splits(Coder& original, const SplitModel& model, const AxisUnits& units, std::span<SplitInProgress> splits) {
+void code_splits(Coder& original, const SplitModel& model, const AxisUnits& units, std::span<const FanVertex> vertices,
+                 const CodingTime& time, std::span<SplitInProgress> splits) {
   detail::FastCoder<Coder> fast(original);
   auto& coder = fast.coder;
   for (SplitInProgress& s : splits) {
@@ -129,10 +164,14 @@ void code_splits(Coder& original, const SplitModel& model, const AxisUnits& unit
     } else {
       detail::describe_arc(s);
     }
-    detail::code_shape(coder, model, s);
+    detail::code_arc(coder, model, s);
   }
   for (SplitInProgress& s : splits) {
     detail::find_wings(s);
+    detail::find_free_generations(s, vertices, time);
+  }
+  for (SplitInProgress& s : splits) detail::code_next_and_parent(coder, model, s, time);
+  for (SplitInProgress& s : splits) {
     chain_axes(predict(model, s.ring, ring_features(s.ring, s.split)), s.ring.normal(), units, s.chain);
   }
   for (SplitInProgress& s : splits) detail::code_axis<0>(coder, model.residuals, s);

@@ -16,7 +16,10 @@ constexpr double kHalfOctave = 0.70710678118654752440;
 }  // namespace
 
 int SymbolContexts::symbol_count(int table) {
-  if (table < kOpeningFirst) return 5;
+  if (table < kOpeningFirst) {
+    const int by_free = table / (4 * kValences) + 1;  // those of FM0 come last
+    return by_free < static_cast<int>(kManyFree) ? by_free + 1 : 32;
+  }
   if (table < kLengthFirst) return 4;
   return table < kParentFirst ? 32 : 3;
 }
@@ -71,7 +74,7 @@ bool code_group(Coder& coder, const FrequencyTable& differs_table, std::span<Num
 template <class Coder>
 bool code_statistics(Coder& coder, SplitStatistics& s) {
   const SplitStatistics& b = SplitStatistics::built_in();
-  const std::array<double, 2> rarely{3.0, 1.0};
+  const std::array<double, 2> rarely{7.0, 1.0};
   const FrequencyTable differs = FrequencyTable::from_weights(rarely);
   for (std::size_t t = 0; t < s.symbols.size(); ++t) {
     const auto count = static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t)));

@@ -20,22 +20,29 @@ namespace fanstream {
 // other.
 enum class Opening : std::uint8_t { closed = 0, wing = 1, taken = 2, left = 3 };
 
+// Whose next split is told: a vertex's of FM0, the root's of a split, or the vertex's that the split added.
+enum class NextSplitOf : std::uint8_t { root = 0, added = 1, base = 2 };
+
 // Symbol tables by context. `index` functions give the table of a context; every context is clamped into range.
 struct SymbolContexts {
   static constexpr int kRingClasses = 13;  // ring sizes 3..14, then more
-  static constexpr int kCountContexts = 12 * 8;
-  static constexpr int kOpeningFirst = kCountContexts;
+  static constexpr int kValences = 12;     // up to 3, 4..13, then more
+  static constexpr std::uint32_t kManyFree = 6;
+  static constexpr int kNextContexts = (static_cast<int>(kManyFree) * 2 * 2 + 1) * kValences;
+  static constexpr int kOpeningFirst = kNextContexts;
   static constexpr int kLengthFirst = kOpeningFirst + kRingClasses;
   static constexpr int kRankFirst = kLengthFirst + 4 * kRingClasses;
   static constexpr int kParentFirst = kRankFirst + kRingClasses * 8;
   static constexpr int kTables = kParentFirst + 4;
 
   static int ring_class(std::uint32_t size) { return size < 3 ? 0 : size > 15 ? 12 : static_cast<int>(size) - 3; }
-  // How many splits a vertex gets: by its valence and the generations since it was last split or made.
-  static int split_count(std::uint32_t valence, std::uint32_t age) {
-    const std::uint32_t by_valence = valence < 3 ? 0 : valence > 14 ? 11 : valence - 3;
-    static constexpr std::array<std::uint8_t, 12> kAges = {0, 1, 2, 3, 4, 5, 5, 6, 6, 6, 6, 7};
-    return static_cast<int>(by_valence * 8 + kAges[age < 11 ? age : 11]);
+  // When a vertex is split next, from what is left to choose from: how many generations are free (at least 1), and
+  // whether the very next is taken.
+  static int next_split(NextSplitOf whose, std::uint32_t free, bool next_taken, std::uint32_t valence) {
+    const int by_valence = valence < 3 ? 0 : valence > 14 ? 11 : static_cast<int>(valence) - 3;
+    if (whose == NextSplitOf::base) return kNextContexts - kValences + by_valence;
+    const int by_free = static_cast<int>(free < kManyFree ? free : kManyFree) - 1;
+    return ((by_free * 2 + static_cast<int>(whose)) * 2 + (next_taken ? 1 : 0)) * kValences + by_valence;
   }
   static int opening(std::uint32_t ring) { return kOpeningFirst + ring_class(ring); }
   static int length(Opening opening, std::uint32_t ring) {

@@ -7,10 +7,6 @@ Result<void> too_many_splits(std::uint32_t cell) {
               "cell " + std::to_string(cell) + ": its vertices are split more often than the cell table allows");
 }
 
-Result<void> neighbours_split(std::uint32_t cell) {
-  return fail(ErrorKind::bad_input, "cell " + std::to_string(cell) + ": two neighbours are split in one generation");
-}
-
 Result<void> off_the_grid(std::uint32_t cell, VertexId root) {
   return fail(ErrorKind::bad_input,
               "cell " + std::to_string(cell) + ": the split of vertex " + std::to_string(root) + " leaves the grid");

@@ -11,7 +11,11 @@ void FanState::resize(std::size_t vertex_count) {
 }
 
 void FanState::set_cell(std::uint32_t cell, std::span<const VertexId> of_cell) {
-  for (std::uint32_t i = 0; i < of_cell.size(); ++i) cells[of_cell[i]] = {cell, i};
+  for (const VertexId v : of_cell) cells[v] = cell;
+}
+
+void FanState::set_next_splits(std::span<const std::uint8_t> of_base) {
+  for (VertexId v = 0; v < of_base.size(); ++v) vertices[v].context.next = of_base[v];
 }
 
 std::vector<GridPoint> FanState::places() const {
@@ -25,44 +29,23 @@ FanState FanState::from_base(const BaseMesh& base, std::size_t vertex_count) {
   FanState state;
   state.fans = LinkedFans(base.places.size(), base.triangles);
   state.resize(vertex_count);
-  for (VertexId v = 0; v < base.places.size(); ++v) {
-    state.vertices[v].place = base.places[v];
-    state.vertices[v].context.valence = static_cast<std::uint8_t>(state.fans.ring_size(v));
-  }
+  for (VertexId v = 0; v < base.places.size(); ++v) state.vertices[v].place = base.places[v];
   return state;
 }
 
-namespace {
-
-// A wing gains a neighbour; that counts for its context if it is of the same cell. Wraps, so that it can be undone.
-void count_wing(FanState& state, std::uint32_t cell, VertexId wing, int added) {
-  if (wing == kOutside || state.cells[wing].cell != cell) return;
-  std::uint8_t& valence = state.vertices[wing].context.valence;
-  valence = static_cast<std::uint8_t>(valence + added);
-}
-
-}  // namespace
-
-void apply_split(FanState& state, FanState::CellPlace place, std::uint32_t generation, const FanSplit& split,
-                 const LinkedFans::Arc& arc, const SplitPlaces& places, VertexId added) {
-  count_wing(state, place.cell, state.fans.corners()[arc.first].neighbour, 1);
-  count_wing(state, place.cell, state.fans.corners()[arc.last].neighbour, 1);
+void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const FanSplit& split,
+                 const LinkedFans::Arc& arc, const SplitPlaces& places, NextSplits next, VertexId added) {
   state.fans.split(split.root, added, arc);
   const auto touched = static_cast<std::uint8_t>(generation);
-  const auto vertex = [&](const GridPoint& at, VertexId v) {
-    return FanVertex{at, {static_cast<std::uint8_t>(state.fans.ring_size(v)), touched, 0}};
-  };
-  state.vertices[split.root] = vertex(places.kept, split.root);
-  state.vertices[added] = vertex(places.added, added);
-  state.cells[added] = place;
+  state.vertices[split.root] = {places.kept, {touched, next.root, 0}};
+  state.vertices[added] = {places.added, {touched, next.added, 0}};
+  state.cells[added] = cell;
 }
 
-void undo_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const SplitUndo& undo, VertexId added) {
+void undo_split(FanState& state, std::uint32_t generation, const SplitUndo& undo, VertexId added) {
   GridPoint& place = state.vertices[undo.root].place;
   place = place_after_merge(place, state.vertices[added].place, undo.parent, generation);
-  const RingMesh::Wings wings = state.fans.merge(undo.root, added, undo.root_corner);
-  count_wing(state, cell, wings.first, -1);
-  count_wing(state, cell, wings.last, -1);
+  state.fans.merge(undo.root, added, undo.root_corner);
   state.vertices[undo.root].context = undo.root_context;
   state.vertices[added].context = {};
 }

@@ -14,24 +14,26 @@ namespace fanstream {
 struct FanState {
   LinkedFans fans;
   std::vector<FanVertex> vertices;  // place, and what coding remembers
-  // The deepest cell that holds the vertex, and which of its vertices it is (CellVertices).
-  struct CellPlace {
-    std::uint32_t cell = 0;
-    std::uint32_t index = 0;
-  };
-  std::vector<CellPlace> cells;
+  std::vector<std::uint32_t> cells;  // the deepest cell that holds the vertex
 
   void resize(std::size_t vertex_count);
-  void set_cell(std::uint32_t cell, std::span<const VertexId> vertices);  // in the cell's order
+  void set_cell(std::uint32_t cell, std::span<const VertexId> vertices);
   std::vector<GridPoint> places() const;
   // The base mesh, no vertex split yet, in no cell; room for vertex_count vertices.
   static FanState from_base(const BaseMesh& base, std::size_t vertex_count);
+  void set_next_splits(std::span<const std::uint8_t> of_base);  // FM0's vertices', by number
 };
 
-// Applies a split of a vertex of `place.cell`; `place` is the new vertex's own. The arc is that of split.first and
-// split.last. `generation` counts from 1, `places` are those after the split.
-void apply_split(FanState& state, FanState::CellPlace place, std::uint32_t generation, const FanSplit& split,
-                 const LinkedFans::Arc& arc, const SplitPlaces& places, VertexId added);
+// When the two vertices of a split are split next.
+struct NextSplits {
+  std::uint8_t root = kNeverSplit;
+  std::uint8_t added = kNeverSplit;
+};
+
+// Applies a split of a vertex of `cell`. The arc is that of split.first and split.last. `generation` counts from 1,
+// `places` are those after the split.
+void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const FanSplit& split,
+                 const LinkedFans::Arc& arc, const SplitPlaces& places, NextSplits next, VertexId added);
 
 // What the exact inverse of a split needs to know beyond the mesh.
 struct SplitUndo {
@@ -41,6 +43,6 @@ struct SplitUndo {
   ParentPosition parent = ParentPosition::kept;
 };
 // Precondition: the split that made `added` is the latest of its surroundings.
-void undo_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const SplitUndo& undo, VertexId added);
+void undo_split(FanState& state, std::uint32_t generation, const SplitUndo& undo, VertexId added);
 
 }  // namespace fanstream

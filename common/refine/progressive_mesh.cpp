@@ -9,7 +9,7 @@ namespace fanstream {
 ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const AssetHead> head)
     : head_(std::move(head)),
       model_(head_->statistics),
-      coding_(model_, head_->grid),
+      coding_(model_, head_->grid, head_->generation_count()),
       state_(FanState::from_base(head_->base, head_->base.places.size())),
       waiting_(head_->generation_count() + 2),
       refined_(head_->generation_count() + 1),
@@ -18,6 +18,7 @@ ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const AssetHead> head)
 void ProgressiveMesh::set_index(std::shared_ptr<const AssetIndex> index) {
   index_ = std::move(index);
   state_.resize(head_->vertex_count);
+  state_.set_next_splits(index_->base_next_splits);
   cells_.resize(index_->cells.size());
   for (std::size_t c = 0; c < cells_.size(); ++c) {
     cells_[c].segments.resize(index_->cells[c].segment_count);
@@ -39,22 +40,8 @@ void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std
     state_.set_cell(first + i, cell.vertices.initial);
     cell.done = slab == 0 ? 0 : slab_end(slab - 1);
     cell.started = true;
-    cell.neighbours_known = false;
     cell.undo.reserve(entry.split_count);
     enqueue(first + i);
-  }
-}
-
-// The children of a complete cell take its place beside others, which then need not look around again.
-void ProgressiveMesh::hand_over_neighbours(const Cell& parent, const CellEntry& entry) {
-  const std::uint32_t end = entry.first_child + entry.child_count;
-  for (const std::uint32_t n : parent.neighbours) std::erase(cells_[n].neighbours, parent.vertices.cell);
-  for (std::uint32_t child = entry.first_child; child < end; ++child) {
-    find_neighbours(cells_[child], child);
-    for (const std::uint32_t n : cells_[child].neighbours) {
-      const bool sibling = n >= entry.first_child && n < end;
-      if (!sibling && cells_[n].neighbours_known) cells_[n].neighbours.push_back(child);
-    }
   }
 }
 
@@ -101,40 +88,9 @@ Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32
   return {};
 }
 
-void ProgressiveMesh::find_neighbours(Cell& cell, std::uint32_t cell_number) {
-  cell.neighbours.clear();
-  std::uint32_t latest = cell_number;
-  for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) {
-    state_.fans.for_each_neighbour(cell.vertices.at(i), [&](VertexId w) {
-      const std::uint32_t other = state_.cells[w].cell;
-      if (other == cell_number || other == latest) return;  // neighbours come in runs
-      cell.neighbours.push_back(other);
-      latest = other;
-    });
-  }
-  std::sort(cell.neighbours.begin(), cell.neighbours.end());
-  cell.neighbours.erase(std::unique(cell.neighbours.begin(), cell.neighbours.end()), cell.neighbours.end());
-  cell.neighbours_known = true;
-}
-
-// Every cell beside this one has all coarser generations; if not, `lagging` is one that has not. Cells beside a cell
-// stay the same while it is refined, except that a complete one of a coarser slab gives way to its children.
-bool ProgressiveMesh::surroundings_ready(Cell& cell, std::uint32_t cell_number, std::uint32_t& lagging) {
-  const std::uint32_t slab = index_->cells[cell_number].slab;
-  if (!cell.neighbours_known) find_neighbours(cell, cell_number);
-  for (bool looked_again = false;;) {
-    bool stale = false;
-    for (const std::uint32_t n : cell.neighbours) {
-      if (cells_[n].done >= cell.done) continue;
-      lagging = n;
-      if (index_->cells[n].slab >= slab || cells_[n].done < slab_end(index_->cells[n].slab)) return false;
-      stale = true;
-    }
-    if (!stale) return true;
-    if (looked_again) return false;
-    find_neighbours(cell, cell_number);
-    looked_again = true;
-  }
+// Finds the roots of the next generation.
+VertexId ProgressiveMesh::lagging_neighbour(const Cell& cell) {
+  return find_roots(state_, cell.vertices, cell.done + 1, coding_);
 }
 
 // Decodes a generation's splits and looks whether they end where the segment and the cell do.
@@ -195,7 +151,6 @@ std::vector<VertexId> ProgressiveMesh::vertices_of(const Cell& cell) const {
 void ProgressiveMesh::complete_cell(Cell& cell, const CellEntry& entry) {
   if (entry.child_count == 0) return;
   start_cells(vertices_of(cell), entry.first_child, entry.child_count, entry.slab + 1);
-  hand_over_neighbours(cell, entry);
 }
 
 // Generation by generation over all cells, so that the mesh is equally fine everywhere when it has to stop.
@@ -206,8 +161,7 @@ Result<void> ProgressiveMesh::refine_evenly(std::uint32_t vertex_limit) {
       std::vector<std::uint32_t> cells;
       cells.swap(waiting_[generation]);
       for (const std::uint32_t c : cells) {
-        std::uint32_t lagging = 0;
-        if (vertex_count_ >= vertex_limit || !surroundings_ready(cells_[c], c, lagging)) {
+        if (vertex_count_ >= vertex_limit || lagging_neighbour(cells_[c]) != kOutside) {
           waiting_[generation].push_back(c);
           continue;
         }
@@ -255,14 +209,15 @@ Result<void> ProgressiveMesh::refine_in_depth() {
 Result<void> ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generation) {
   Cell& cell = cells_[cell_number];
   while (cell.started && cell.done < generation && next_segment_held(cell_number)) {
-    std::uint32_t lagging = 0;
-    if (surroundings_ready(cell, cell_number, lagging)) {
+    const VertexId w = lagging_neighbour(cell);
+    if (w == kOutside) {
       if (Result<void> applied = apply_generation(cell_number); !applied) return applied;
       continue;
     }
-    const std::uint32_t before = cells_[lagging].done;
-    if (Result<void> advanced = advance(lagging, cell.done); !advanced) return advanced;
-    if (cells_[lagging].done == before) break;
+    const std::uint32_t lagging = state_.cells[w];
+    const std::uint32_t needed = state_.vertices[w].context.next;
+    if (Result<void> advanced = advance(lagging, needed); !advanced) return advanced;
+    if (cells_[lagging].done < needed) break;
   }
   return {};
 }
@@ -282,8 +237,6 @@ void ProgressiveMesh::retract_children(Cell& cell, std::uint32_t cell_number) {
   const CellEntry& entry = index_->cells[cell_number];
   for (std::uint32_t i = 0; i < entry.child_count; ++i) {
     Cell& child = cells_[entry.first_child + i];
-    for (const std::uint32_t n : child.neighbours) cells_[n].neighbours_known = false;
-    child.neighbours.clear();
     child.started = false;
     child.vertices = {};
     child.decoder = {};
@@ -297,7 +250,7 @@ void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target,
   vertex_count_ -= cell.vertices.made - target;
   while (cell.vertices.made > target) {
     --cell.vertices.made;
-    undo_split(state_, cell_number, generation, cell.undo.back(), cell.vertices.first_new + cell.vertices.made);
+    undo_split(state_, generation, cell.undo.back(), cell.vertices.first_new + cell.vertices.made);
     cell.undo.pop_back();
   }
 }
@@ -308,7 +261,6 @@ std::uint64_t ProgressiveMesh::undo_generation(std::uint32_t cell_number) {
   const std::uint32_t made = cell.vertices.made;
   roll_back(cell_number, cell.made_before.back(), cell.done);
   cell.made_before.pop_back();
-  cell.neighbours_known = false;
   const std::uint32_t layer = layer_of(cell.done);
   if (cell.done == head_->first_generation(layer) && !cell.layer_starts.empty()) {
     cell.decoder = cell.layer_starts.back();
@@ -383,10 +335,10 @@ TriangleMesh ProgressiveMesh::triangle_mesh() const {
 
 std::size_t ProgressiveMesh::memory_bytes() const {
   std::size_t bytes = state_.fans.memory_bytes() + state_.vertices.capacity() * sizeof(FanVertex) +
-                      state_.cells.capacity() * sizeof(FanState::CellPlace) + cells_.capacity() * sizeof(Cell);
+                      state_.cells.capacity() * sizeof(std::uint32_t) + cells_.capacity() * sizeof(Cell);
   for (const Cell& cell : cells_) {
     bytes += cell.vertices.initial.capacity() * sizeof(VertexId) + cell.undo.capacity() * sizeof(SplitUndo) +
-             cell.neighbours.capacity() * sizeof(std::uint32_t) + cell.made_before.capacity() * sizeof(std::uint32_t) +
+             cell.made_before.capacity() * sizeof(std::uint32_t) +
              cell.layer_starts.capacity() * sizeof(RansDecoder);
     for (const auto& segment : cell.segments) bytes += segment.capacity();
   }

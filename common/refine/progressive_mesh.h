@@ -59,10 +59,8 @@ class ProgressiveMesh {
     std::vector<RansDecoder> layer_starts;  // the decoder as it was before each segment that has been begun
     std::vector<SplitUndo> undo;
     std::vector<std::uint32_t> made_before;  // splits made before each applied generation of the slab
-    std::vector<std::uint32_t> neighbours;
     std::uint32_t done = 0;  // the finest generation applied
     bool started = false;
-    bool neighbours_known = false;
   };
 
   void start_cells(std::span<const VertexId> parent_vertices, std::uint32_t first, std::uint32_t count,
@@ -75,9 +73,7 @@ class ProgressiveMesh {
   Result<void> refine_evenly(std::uint32_t vertex_limit);
   Result<void> refine_in_depth();
   Result<void> advance(std::uint32_t cell, std::uint32_t generation);
-  bool surroundings_ready(Cell& cell, std::uint32_t cell_number, std::uint32_t& lagging);
-  void find_neighbours(Cell& cell, std::uint32_t cell_number);
-  void hand_over_neighbours(const Cell& parent, const CellEntry& entry);
+  VertexId lagging_neighbour(const Cell& cell);
   Result<void> apply_generation(std::uint32_t cell_number);
   Result<void> decode_generation(Cell& cell, const CellEntry& entry, std::uint32_t generation);
   void roll_back(std::uint32_t cell_number, std::uint32_t target, std::uint32_t generation);

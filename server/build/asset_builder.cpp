@@ -123,6 +123,10 @@ class Builder {
     SplitSample sample{{}, GeometryTraining(coded.history.merges.size())};
     const glm::vec3 unit = head_.grid.unit();
     CellGrower grower(head_, coded, base_numbers_, options_.cell_vertices);
+    if (head_.generation_count() > 0) {
+      std::vector<std::uint8_t> next_splits = grower.next_splits_of_base();
+      code_base_splits(counter, model, grower.state().fans, head_.generation_count(), next_splits);
+    }
     Result<void> replayed = grower.replay(
         model, [&](std::uint32_t) -> CountingCoder& { return counter; },
         [&](const RingGeometry& ring, const FanSplit& split, const MergeRecord&) {
@@ -137,6 +141,7 @@ class Builder {
   Result<void> encode(const CodedHistory& coded) {
     const SplitModel model(head_.statistics);
     CellGrower grower(head_, coded, base_numbers_, options_.cell_vertices);
+    std::vector<std::uint8_t> base_next_splits = grower.next_splits_of_base();
     std::vector<RansEncoder> encoders;
     std::vector<std::vector<std::vector<std::byte>>> by_cell;  // [cell][layer of its slab]
     std::vector<std::vector<float>> deviations;                // likewise: the largest of its merges
@@ -150,7 +155,7 @@ class Builder {
     Result<void> replayed = grower.replay(
         model, encoder,
         [&](const RingGeometry&, const FanSplit& split, const MergeRecord& merge) {
-          const std::uint32_t cell = grower.state().cells[split.root].cell;
+          const std::uint32_t cell = grower.state().cells[split.root];
           if (cell >= current.size()) current.resize(cell + 1, 0.0F);
           current[cell] = std::max(current[cell], merge.deviation);
         },
@@ -170,6 +175,7 @@ class Builder {
         });
     if (!replayed) return replayed;
     index_.cells = grower.cells();
+    index_.base_next_splits = std::move(base_next_splits);
     // Nothing finer may be further off than what it refines.
     for (std::size_t c = deviations.size(); c-- > 0;) {
       std::vector<float>& own = deviations[c];

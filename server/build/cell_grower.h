@@ -19,6 +19,7 @@ class CellGrower {
         source_(coded, base_numbers, head.vertex_count),
         state_(FanState::from_base(head.base, head.vertex_count)) {
     next_vertex_ = static_cast<std::uint32_t>(head.base.places.size());
+    state_.set_next_splits(source_.next_splits_of_base());
   }
 
   static std::uint32_t parts_for(std::size_t vertices, std::uint32_t cell_vertices) {
@@ -29,15 +30,15 @@ class CellGrower {
   // `end_layer(layer, cell)` is called for each cell when a layer is through.
   template <class Coder, class Hook, class EndLayer>
   Result<void> replay(const SplitModel& model, Coder&& coder, Hook&& hook, EndLayer&& end_layer) {
-    CellCoding coding(model, head_.grid);
+    CellCoding coding(model, head_.grid, head_.generation_count());
     for (std::uint32_t slab = 0; slab < head_.slab_ends.size(); ++slab) {
       start_slab(slab);
       for (std::uint32_t layer = head_.layer_begin(slab); layer < head_.slab_ends[slab]; ++layer) {
         for (std::uint32_t g = head_.first_generation(layer); g <= head_.layer_ends[layer]; ++g) {
-          source_.begin_generation(g);
           HookedSource<Hook> source{source_, hook};
           for (std::uint32_t c = slab_first_; c < cells_.size(); ++c) {
             if (cells_[c].split_count == 0) continue;
+            find_roots(state_, growing_[c - slab_first_], g, coding);
             Result<void> coded = code_generation(state_, growing_[c - slab_first_], g, coder(c), source, coding);
             if (!coded) return coded;
           }
@@ -50,17 +51,17 @@ class CellGrower {
 
   const std::vector<CellEntry>& cells() const { return cells_; }
   const FanState& state() const { return state_; }
+  std::vector<std::uint8_t> next_splits_of_base() const { return source_.next_splits_of_base(); }  // before replay()
 
  private:
   template <class Hook>
   struct HookedSource {
     HistorySource& source;
     Hook& hook;
-    std::uint32_t split_count(VertexId v) const { return source.split_count(v); }
-    FanSplit split(const RingGeometry& ring, VertexId root) const {
-      const FanSplit split = source.split(ring, root);
-      hook(ring, split, source.merge_of(root));
-      return split;
+    void describe(SplitInProgress& split) const {
+      const MergeRecord& merge = source.merge_of(split.split.root);
+      source.describe(split);
+      hook(split.ring, split.split, merge);
     }
     void made(const SplitUndo& split, VertexId added) { source.made(split, added); }
   };

@@ -43,33 +43,39 @@ BaseMesh CodedHistory::base(std::vector<VertexId>& numbers) const {
 HistorySource::HistorySource(const CodedHistory& coded, const std::vector<VertexId>& base_numbers,
                              std::size_t vertex_count)
     : coded_(coded),
+      base_count_(static_cast<std::uint32_t>(base_numbers.size())),
       original_(vertex_count, kOutside),
       number_(vertex_count, kOutside),
-      latest_(vertex_count, kNone),
-      counts_(vertex_count, 0),
-      previous_(coded.history.merges.size(), kNone) {
+      to_undo_(vertex_count, kNone),
+      after_(coded.history.merges.size(), kNone),
+      generations_(coded.history.merges.size(), 0) {
   for (VertexId v = 0; v < base_numbers.size(); ++v) {
     original_[v] = base_numbers[v];
     number_[base_numbers[v]] = v;
   }
-}
-
-void HistorySource::begin_generation(std::uint32_t generation) {
-  for (std::uint32_t m = coded_.generation_begin(generation); m < coded_.generation_end(generation); ++m) {
-    const VertexId root = coded_.history.merges[m].root;
-    previous_[m] = latest_[root];
-    latest_[root] = m;
-    ++counts_[root];
+  // Merges lie in the order they were made: the last one of a root is the first to be undone.
+  for (std::uint32_t m = 0; m < after_.size(); ++m) {
+    const VertexId root = coded.history.merges[m].root;
+    after_[m] = to_undo_[root];
+    to_undo_[root] = m;
+  }
+  for (std::uint32_t g = 1; g <= coded.generation_count(); ++g) {
+    for (std::uint32_t m = coded.generation_begin(g); m < coded.generation_end(g); ++m) {
+      generations_[m] = static_cast<std::uint8_t>(g);
+    }
   }
 }
 
-const MergeRecord& HistorySource::merge_of(VertexId root) const {
-  return coded_.history.merges[latest_[original_[root]]];
+std::vector<std::uint8_t> HistorySource::next_splits_of_base() const {
+  std::vector<std::uint8_t> next(base_count_);
+  for (VertexId v = 0; v < base_count_; ++v) next[v] = generation_of(to_undo_[original_[v]]);
+  return next;
 }
 
-FanSplit HistorySource::split(const RingGeometry& ring, VertexId root) const {
-  const std::uint32_t m = latest_[original_[root]];
+void HistorySource::describe(SplitInProgress& split) const {
+  const std::uint32_t m = to_undo_[original_[split.split.root]];
   const MergeRecord& merge = coded_.history.merges[m];
+  const RingGeometry& ring = split.ring;
   const auto position = [&](VertexId wing) {
     const VertexId wanted = wing == kOutside ? kOutside : number_[wing];
     std::uint32_t i = 0;
@@ -77,16 +83,17 @@ FanSplit HistorySource::split(const RingGeometry& ring, VertexId root) const {
     assert(i < ring.size());
     return i;
   };
-  return {root, position(merge.first), position(merge.last), merge.parent, coded_.displacements[m]};
+  split.split = {split.split.root, position(merge.first), position(merge.last), merge.parent, coded_.displacements[m]};
+  split.root_next = generation_of(after_[m]);
+  split.added_next = generation_of(to_undo_[merge.removed]);
 }
 
 void HistorySource::made(const SplitUndo& split, VertexId added) {
   const VertexId root = original_[split.root];
-  const std::uint32_t m = latest_[root];
+  const std::uint32_t m = to_undo_[root];
   original_[added] = coded_.history.merges[m].removed;
   number_[original_[added]] = added;
-  latest_[root] = previous_[m];
-  --counts_[root];
+  to_undo_[root] = after_[m];
 }
 
 }  // namespace fanstream

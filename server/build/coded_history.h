@@ -23,27 +23,30 @@ struct CodedHistory {
   BaseMesh base(std::vector<VertexId>& numbers) const;  // numbers: for each base vertex, the model's
 };
 
-// Knows the splits of the generation that is being replayed. The Source of code_generation.
+// Knows the splits of a history while it is replayed. The Source of code_generation.
 class HistorySource {
  public:
   HistorySource(const CodedHistory& coded, const std::vector<VertexId>& base_numbers, std::size_t vertex_count);
 
-  void begin_generation(std::uint32_t generation);
-  std::uint32_t split_count(VertexId v) const { return counts_[original_[v]]; }
-  FanSplit split(const RingGeometry& ring, VertexId root) const;
+  // When each vertex of FM0 is first split, by coded number.
+  std::vector<std::uint8_t> next_splits_of_base() const;
+  void describe(SplitInProgress& split) const;
   void made(const SplitUndo& split, VertexId added);
 
   VertexId original(VertexId v) const { return original_[v]; }
-  const MergeRecord& merge_of(VertexId root) const;  // the next one of this root
+  const MergeRecord& merge_of(VertexId root) const { return coded_.history.merges[to_undo_[original_[root]]]; }  // the next one of this root
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  std::uint8_t generation_of(std::uint32_t merge) const { return merge == kNone ? kNeverSplit : generations_[merge]; }
+
   const CodedHistory& coded_;
-  std::vector<VertexId> original_;       // by coded number
-  std::vector<VertexId> number_;         // by the model's vertex
-  std::vector<std::uint32_t> latest_;    // by the model's vertex: its next merge to undo
-  std::vector<std::uint8_t> counts_;     // and how many there are
-  std::vector<std::uint32_t> previous_;  // by merge
+  std::uint32_t base_count_;
+  std::vector<VertexId> original_;         // by coded number
+  std::vector<VertexId> number_;           // by the model's vertex
+  std::vector<std::uint32_t> to_undo_;     // by the model's vertex: its next merge to undo
+  std::vector<std::uint32_t> after_;       // by merge: the next one of its root
+  std::vector<std::uint8_t> generations_;  // by merge
 };
 
 }  // namespace fanstream

@@ -38,12 +38,13 @@ class Simplifier {
     history.generation_begin.push_back(0);
     const std::uint32_t start = alive_;
     everything_ = false;
-    while (alive_ > options_.base_vertices) {
+    while (alive_ > options_.base_vertices && history.generation_begin.size() <= kMostGenerations) {
       run_generation(history);
       const auto made = static_cast<std::uint32_t>(history.merges.size()) - history.generation_begin.back();
       if (made != 0) history.generation_begin.push_back(static_cast<std::uint32_t>(history.merges.size()));
       if (made == 0 && everything_) break;
-      everything_ = made == 0 || made < alive_ / 50;
+      everything_ =
+          made == 0 || made < alive_ / 50 || history.generation_begin.size() > kThriftyGenerations;
       if (options_.progress) options_.progress(progress(start));
     }
     const std::vector<float> deviations = deviations_.finish();
@@ -77,6 +78,9 @@ class Simplifier {
 
  private:
   static constexpr VertexId kNoRoot = kOutside;
+  static constexpr std::uint8_t kMostSplitsOfPatch = 64;
+  // Where it has not come to an end with that many generations, merging goes on without a limit on cost.
+  static constexpr std::size_t kThriftyGenerations = kMostGenerations - 16;
   static constexpr VertexId kSeveralRoots = kOutside - 1;
   // Added to the change count of a vertex that is gone: no sum with another's gives a stamp.
   static constexpr std::uint32_t kGone = 1U << 30U;
@@ -151,7 +155,7 @@ class Simplifier {
   // Also assigns ring_.
   bool shape_allows(const Merge& merge) {
     const auto [root, removed, parent, target] = merge;
-    if (is_root(root) && patch_splits_[root] == kMostSplitsPerVertex) return false;
+    if (is_root(root) && patch_splits_[root] == kMostSplitsOfPatch) return false;
     if (rings_.ring_size(root) + rings_.ring_size(removed) - 4 > options_.longest_ring) return false;
     ring_.assign(rings_, root, removed);
     if (!ring_.is_mergeable(rings_)) return false;

@@ -31,10 +31,8 @@ struct WatchedSplits {
   std::uint32_t cell;
   std::uint32_t generation;
 
-  std::uint32_t split_count(VertexId /*v*/) const { return 0; }
-  FanSplit split(const RingGeometry& ring, VertexId root) const {
-    observer.before_split(cell, generation, root, ring);
-    return {0, 0, 1, ParentPosition::kept, {}};
+  void describe(SplitInProgress& split) const {
+    observer.before_split(cell, generation, split.split.root, split.ring);
   }
   void made(const SplitUndo& split, VertexId added) const {
     observer.after_split(cell, generation, split.root, added);
@@ -75,8 +73,9 @@ Result<FanState> replay_asset(const OpenAsset& asset, std::span<const std::uint3
   const AssetHead& head = *asset.asset_head();
   const AssetIndex& index = *asset.asset_index();
   const SplitModel model(head.statistics);
-  CellCoding coding(model, head.grid);
+  CellCoding coding(model, head.grid, head.generation_count());
   FanState state = FanState::from_base(head.base, head.vertex_count);
+  state.set_next_splits(index.base_next_splits);
   std::vector<CellVertices> cells;
   for (std::uint32_t slab = 0; slab < head.slab_ends.size(); ++slab) {
     cells = detail::start_cells(head, index, state, slab == 0 ? nullptr : &cells);
@@ -90,6 +89,7 @@ Result<FanState> replay_asset(const OpenAsset& asset, std::span<const std::uint3
           if (last_generation[cell] < g || index.cells[cell].split_count == 0) continue;
           if (g == head.first_generation(layer)) decoders[i].append(bytes, index.is_last_coded(index.cells[cell], layer - head.layer_begin(slab)));
           detail::WatchedSplits<Observer> source{observer, cell, g};
+          find_roots(state, cells[i], g, coding);
           const Result<void> coded = code_generation(state, cells[i], g, decoders[i], source, coding);
           if (!coded) return tl::unexpected(coded.error());
           if (g == head.layer_ends[layer] && !decoders[i].used_up()) {

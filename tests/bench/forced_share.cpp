@@ -25,7 +25,7 @@ struct SplitDependencies::Recorder {
       // Splits give a cell no new neighbours: what they add lies beside what their root lay beside.
       for (const VertexId v : vertices.initial) {
         state.fans.for_each_neighbour(v, [&](VertexId w) {
-          if (state.cells[w].cell != vertices.cell) cell.neighbours.push_back(state.cells[w].cell);
+          if (state.cells[w] != vertices.cell) cell.neighbours.push_back(state.cells[w]);
         });
       }
       std::sort(cell.neighbours.begin(), cell.neighbours.end());
