@@ -15,7 +15,8 @@ namespace {
 
 class Builder {
  public:
-  Builder(const TriangleMesh& mesh, const BuildOptions& options) : mesh_(mesh), options_(options) {}
+  Builder(const TriangleMesh& mesh, const BuildOptions& options)
+      : mesh_(mesh), options_(options), granularity_(granularity_of(mesh, options)) {}
 
   Result<SplitSample> sample() {
     describe();
@@ -43,6 +44,13 @@ class Builder {
   }
 
  private:
+  static Granularity granularity_of(const TriangleMesh& mesh, const BuildOptions& options) {
+    const Granularity usual = default_granularity(static_cast<std::uint32_t>(mesh.positions.size()));
+    return {options.cell_vertices.value_or(usual.cell_vertices), options.slab_growth.value_or(usual.slab_growth),
+            options.segment_splits.value_or(usual.segment_splits),
+            options.edges_per_vertex.value_or(usual.edges_per_vertex)};
+  }
+
   void report(std::string_view stage, double fraction) const {
     if (options_.progress) options_.progress(stage, fraction);
   }
@@ -73,7 +81,7 @@ class Builder {
   MergeHistory run_simplify() const {
     SimplifyOptions simplify_options;
     simplify_options.base_vertices = options_.base_vertices.value_or(default_base_vertices());
-    simplify_options.edges_per_vertex = options_.edges_per_vertex;
+    simplify_options.edges_per_vertex = granularity_.edges_per_vertex;
     simplify_options.progress = [this](double fraction) { report("simplify", fraction); };
     return simplify(mesh_, simplify_options);
   }
@@ -83,12 +91,11 @@ class Builder {
     for (std::uint32_t g = history.generation_count(); g-- > 0;) {
       vertices.push_back(head_.vertex_count - history.generation_begin[g]);
     }
-    const LayerPlan layers =
-        plan_layers(vertices, {options_.cell_vertices, options_.slab_growth, options_.segment_splits});
+    const LayerPlan layers = plan_layers(vertices, granularity_);
     head_.layer_ends = layers.layer_ends;
     head_.slab_ends = layers.slab_ends;
     if (!layers.layer_ends.empty()) {
-      head_.root_cell_count = CellGrower::parts_for(history.base_vertices, options_.cell_vertices);
+      head_.root_cell_count = CellGrower::parts_for(history.base_vertices, granularity_.cell_vertices);
     }
   }
 
@@ -122,7 +129,7 @@ class Builder {
     CountingCoder counter(model);
     SplitSample sample{{}, GeometryTraining(coded.history.merges.size())};
     const glm::vec3 unit = head_.grid.unit();
-    CellGrower grower(head_, coded, base_numbers_, options_.cell_vertices);
+    CellGrower grower(head_, coded, base_numbers_, granularity_.cell_vertices);
     if (head_.generation_count() > 0) {
       std::vector<std::uint8_t> next_splits = grower.next_splits_of_base();
       code_base_splits(counter, model, grower.state().fans, head_.generation_count(), next_splits);
@@ -140,7 +147,7 @@ class Builder {
 
   Result<void> encode(const CodedHistory& coded) {
     const SplitModel model(head_.statistics);
-    CellGrower grower(head_, coded, base_numbers_, options_.cell_vertices);
+    CellGrower grower(head_, coded, base_numbers_, granularity_.cell_vertices);
     std::vector<std::uint8_t> base_next_splits = grower.next_splits_of_base();
     std::vector<RansEncoder> encoders;
     std::vector<std::vector<std::vector<std::byte>>> by_cell;  // [cell][layer of its slab]
@@ -241,6 +248,7 @@ class Builder {
 
   const TriangleMesh& mesh_;
   const BuildOptions& options_;
+  Granularity granularity_;
   AssetHead head_;
   AssetIndex index_;
   std::vector<VertexId> base_numbers_;  // the model's vertex of each base vertex

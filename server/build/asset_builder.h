@@ -15,13 +15,11 @@ struct BuildOptions {
   std::optional<int> position_bits;  // default: PositionGrid::default_bits
   // Merging stops here; a vertex of FM0 costs more bytes than a split. Default: a 256th of the model's, within 48..256.
   std::optional<std::uint32_t> base_vertices;
-  // Vertices that a cell starts with. Smaller cells follow a view more closely and cost more bytes of table.
-  std::uint32_t cell_vertices = 64;
-  // How much a slab of generations multiplies the vertices: a cell of more slabs is cut into smaller cells as it grows.
-  double slab_growth = 3.5;
-  // Generations are joined into a layer until a cell's segment holds about this many splits.
-  double segment_splits = 130.0;
-  double edges_per_vertex = 1.5;  // SimplifyOptions::edges_per_vertex
+  // By default of the model's size: default_granularity.
+  std::optional<double> cell_vertices;
+  std::optional<double> slab_growth;
+  std::optional<double> segment_splits;
+  std::optional<double> edges_per_vertex;
   // Called with the stage's name and the share of it that is done; may be empty.
   std::function<void(std::string_view stage, double fraction)> progress;
 };

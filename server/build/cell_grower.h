@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/refine/cell_partition.h"
 #include "server/build/coded_history.h"
@@ -12,7 +13,7 @@ namespace fanstream {
 class CellGrower {
  public:
   CellGrower(const AssetHead& head, const CodedHistory& coded, const std::vector<VertexId>& base_numbers,
-             std::uint32_t cell_vertices)
+             double cell_vertices)
       : head_(head),
         coded_(coded),
         cell_vertices_(cell_vertices),
@@ -22,8 +23,8 @@ class CellGrower {
     state_.set_next_splits(source_.next_splits_of_base());
   }
 
-  static std::uint32_t parts_for(std::size_t vertices, std::uint32_t cell_vertices) {
-    return static_cast<std::uint32_t>(std::max<std::size_t>(1, (vertices + cell_vertices / 2) / cell_vertices));
+  static std::uint32_t parts_for(std::size_t vertices, double cell_vertices) {
+    return static_cast<std::uint32_t>(std::max(1.0, std::floor(static_cast<double>(vertices) / cell_vertices + 0.5)));
   }
 
   // Replays everything. `coder(cell)` gives the coder of a cell; `hook` sees each split's ring before it is coded;
@@ -125,7 +126,7 @@ class CellGrower {
 
   const AssetHead& head_;
   const CodedHistory& coded_;
-  std::uint32_t cell_vertices_;
+  double cell_vertices_;
   HistorySource source_;
   FanState state_;
   std::vector<CellEntry> cells_;

@@ -1,5 +1,6 @@
 #include "server/build/layer_plan.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace fanstream {
@@ -25,7 +26,15 @@ std::vector<std::uint32_t> slab_borders(std::span<const std::uint32_t> vertices,
 
 }  // namespace
 
-LayerPlan plan_layers(std::span<const std::uint32_t> vertices, const LayerPlanOptions& options) {
+Granularity default_granularity(std::uint32_t vertex_count) {
+  constexpr double kSmall = 50'000.0;
+  constexpr double kLarge = 400'000.0;
+  const double share = std::clamp(std::log(vertex_count / kSmall) / std::log(kLarge / kSmall), 0.0, 1.0);
+  const auto between = [share](double small, double large) { return small * std::pow(large / small, share); };
+  return {between(48.0, 2.5), between(4.0, 16.0), between(16.0, 3.0), between(1.5, 2.0)};
+}
+
+LayerPlan plan_layers(std::span<const std::uint32_t> vertices, const Granularity& options) {
   LayerPlan plan;
   std::uint32_t begin = 0;
   for (const std::uint32_t end : slab_borders(vertices, options.slab_growth)) {

@@ -7,11 +7,18 @@
 
 namespace fanstream {
 
-struct LayerPlanOptions {
-  std::uint32_t cell_vertices = 64;
-  double slab_growth = 3.5;
-  double segment_splits = 130.0;
+// How finely a model is cut. Smaller pieces follow a view more closely and cost more bytes.
+struct Granularity {
+  double cell_vertices = 48.0;  // that a cell starts with
+  // How much a slab of generations multiplies the vertices: a cell of more slabs is cut into smaller cells as it grows.
+  double slab_growth = 4.0;
+  double segment_splits = 16.0;    // generations are joined into a layer until a cell's segment has so many
+  double edges_per_vertex = 1.5;  // SimplifyOptions::edges_per_vertex
 };
+
+// A view shows all of a small model, but a small part of a large one: what it needs beyond that part, because it depends
+// on it, weighs more then than the bytes of tables. Measured in tests/bench/RESULTS.md.
+Granularity default_granularity(std::uint32_t vertex_count);
 
 struct LayerPlan {
   std::vector<std::uint8_t> layer_ends;  // AssetHead's
@@ -20,6 +27,6 @@ struct LayerPlan {
 
 // `vertices[g]` is the vertex count after generation g; vertices[0] is the base's. A slab ends where it has multiplied the
 // vertices by slab_growth; a layer where a cell of average size has segment_splits. A remainder too small joins the last.
-LayerPlan plan_layers(std::span<const std::uint32_t> vertices, const LayerPlanOptions& options);
+LayerPlan plan_layers(std::span<const std::uint32_t> vertices, const Granularity& options);
 
 }  // namespace fanstream

@@ -14,7 +14,7 @@ namespace fanstream {
 namespace {
 
 // Raise it when import, clean-up or the builder make something else of the same file.
-constexpr std::uint32_t kBuilderRevision = 2;
+constexpr std::uint32_t kBuilderRevision = 3;
 
 class Hasher {
  public:
@@ -77,10 +77,10 @@ void add_options(const BuildOptions& options, Hasher& hasher) {
   hasher.add_number(kAssetVersion);
   hasher.add_number(options.position_bits.value_or(0));
   hasher.add_number(options.base_vertices.value_or(0));
-  hasher.add_number(options.cell_vertices);
-  hasher.add_number(options.slab_growth);
-  hasher.add_number(options.segment_splits);
-  hasher.add_number(options.edges_per_vertex);
+  hasher.add_number(options.cell_vertices.value_or(0.0));
+  hasher.add_number(options.slab_growth.value_or(0.0));
+  hasher.add_number(options.segment_splits.value_or(0.0));
+  hasher.add_number(options.edges_per_vertex.value_or(0.0));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "common/fans/fan_cover.h"
+#include "server/build/layer_plan.h"
 #include "server/build/simplifier.h"
 #include "server/import/mesh_cleaner.h"
 #include "server/import/mesh_import.h"
@@ -198,7 +199,8 @@ class Measurement {
     tell("levels");
     SimplifyOptions simplify_options;
     simplify_options.base_vertices = figures_.build.base_vertices;
-    simplify_options.edges_per_vertex = build_options_.edges_per_vertex;
+    simplify_options.edges_per_vertex = build_options_.edges_per_vertex.value_or(
+        default_granularity(static_cast<std::uint32_t>(mesh_.positions.size())).edges_per_vertex);
     const MergeHistory history = simplify(mesh_, simplify_options);
     if (history.base_vertices != figures_.build.base_vertices ||
         history.generation_count() != figures_.build.generations) {

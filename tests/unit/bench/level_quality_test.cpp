@@ -20,7 +20,7 @@ struct Fixture {
   SimplifyOptions same_options() const {
     SimplifyOptions options;
     options.base_vertices = *small_cells().base_vertices;
-    options.edges_per_vertex = small_cells().edges_per_vertex;
+    options.edges_per_vertex = small_cells().edges_per_vertex.value_or(options.edges_per_vertex);
     return options;
   }
   std::vector<GridPoint> places() const {
