@@ -215,9 +215,9 @@ Result<void> ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t g
       continue;
     }
     const std::uint32_t lagging = state_.cells[w];
-    const std::uint32_t needed = state_.vertices[w].context.next;
-    if (Result<void> advanced = advance(lagging, needed); !advanced) return advanced;
-    if (cells_[lagging].done < needed) break;
+    const std::uint32_t before = cells_[lagging].done;
+    if (Result<void> advanced = advance(lagging, state_.vertices[w].context.next); !advanced) return advanced;
+    if (cells_[lagging].done == before) break;  // else the vertex may have gone over to a child
   }
   return {};
 }
