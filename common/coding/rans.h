@@ -60,6 +60,20 @@ class RansDecoder {
   // Goes on with the next segment. Precondition: used_up().
   void append(std::span<const std::byte> bytes);
 
+  // Where it stands between two symbols, to go on from there later, in the same segment's bytes wherever they lie then.
+  // Precondition: !overran().
+  struct Mark {
+    std::uint32_t state = 0;  // 0: nothing has been read
+    std::uint32_t position = 0;
+  };
+  Mark mark() const { return {begun_ ? state_ : 0, static_cast<std::uint32_t>(position_)}; }
+  RansDecoder(const Mark& mark, std::span<const std::byte> bytes)
+      : bytes_(bytes.data()),
+        position_(mark.position),
+        size_(bytes.size()),
+        state_(mark.state == 0 ? kStart : mark.state),
+        begun_(mark.state != 0) {}
+
   [[gnu::always_inline]] int symbol(const FrequencyTable& table, int /*value*/) {
     const std::uint32_t slot = state_ & (FrequencyTable::kTotal - 1);
     const int found = table.find(slot);

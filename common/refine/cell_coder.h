@@ -61,25 +61,28 @@ namespace detail {
 [[gnu::cold, gnu::noinline]] Result<void> neighbours_split(std::uint32_t cell);
 [[gnu::cold, gnu::noinline]] Result<void> off_the_grid(std::uint32_t cell, VertexId root);
 
-// Patches of one generation share no face: no neighbour of a root is one. Returns whether the root has been closed
-// before, by a root that was not known yet when it was coded itself: only damaged data do that.
-inline std::uint8_t close_neighbours(const FanState& state, std::uint32_t cell, VertexId root, const FanWalk& walk,
-                                     std::vector<std::uint8_t>& closed) {
+// Patches of one generation share no face: no neighbour of a root is one. Returns whether one is all the same: closed
+// before, by a root that was not known yet when it was coded itself, or split in a cell next door. Only damaged data do
+// that.
+inline std::uint8_t close_neighbours(const FanState& state, std::uint32_t cell, std::uint32_t generation, VertexId root,
+                                     const FanWalk& walk, std::vector<std::uint8_t>& closed) {
   const std::uint32_t own = state.cells[root].index;
-  const std::uint8_t closed_before = closed[own];
-  const auto close = [&](VertexId w) {
-    const FanState::CellPlace place = state.cells[w == kOutside ? root : w];
+  std::uint8_t clashes = closed[own];
+  const auto close = [&](VertexId neighbour) {
+    const VertexId w = neighbour == kOutside ? root : neighbour;
+    const FanState::CellPlace place = state.cells[w];
     closed[place.cell == cell ? place.index : own] = 1;  // to close the root itself does no harm
+    clashes |= state.vertices[w].context.touched == generation ? 1 : 0;
   };
   if (walk.size > FanWalk::kEntries) {
     state.fans.for_each_neighbour(root, close);
-    return closed_before;
+    return clashes;
   }
   for (std::size_t i = 0; i < 8; ++i) close(walk.ids[i]);
   if (walk.size > 8) {
     for (std::size_t i = 8; i < FanWalk::kEntries; ++i) close(walk.ids[i]);
   }
-  return closed_before;
+  return clashes;
 }
 
 struct RootsFound {
@@ -126,7 +129,8 @@ RootsFound code_roots(const FanState& state, const CellVertices& vertices, std::
     }
     size = next_group();
     for (std::size_t i = before; i < roots; ++i) {
-      clashes |= close_neighbours(state, vertices.cell, coding.roots[i].vertex, coding.roots[i].walk, coding.closed);
+      clashes |= close_neighbours(state, vertices.cell, generation, coding.roots[i].vertex, coding.roots[i].walk,
+                                  coding.closed);
     }
   }
   coding.root_count = roots;

@@ -1,0 +1,235 @@
+// ProgressiveMesh's ways from one mesh to another.
+#include <algorithm>
+
+#include "common/refine/mesh_work.h"
+#include "common/refine/progressive_mesh.h"
+
+namespace fanstream {
+
+// --- Refining ---
+
+// Whether a cell beside this one lacks a coarser generation.
+bool ProgressiveMesh::find_lagging(std::uint32_t cell_number, std::uint32_t& lagging) const {
+  const CellProgress& cell = cells_[cell_number];
+  for (const std::uint32_t n : cell.live->neighbours) {
+    if (cells_[n].done >= cell.done) continue;
+    lagging = n;
+    return true;
+  }
+  return false;
+}
+
+// Takes a cell to a generation, or as far as limits allow, and the cells beside it as far as that needs: they lag behind
+// by a generation at least, so this is recursive at most as often as there are generations.
+void ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generation, Work& work) {
+  while (can_advance(cell_number) && cells_[cell_number].done < generation && !work.must_stop()) {
+    std::uint32_t lagging = 0;
+    if (!find_lagging(cell_number, lagging)) {
+      if (!apply_generation(cell_number, work)) return;
+      continue;
+    }
+    const std::uint32_t before = cells_[lagging].done;
+    advance(lagging, cells_[cell_number].done, work);
+    if (cells_[lagging].done == before) return;  // which queues this one when it gets on
+  }
+}
+
+// Cell by cell, each as far as it goes, then its children: while a piece of the surface is refined, it stays in the
+// cache.
+void ProgressiveMesh::refine_in_depth(Work& work) {
+  std::vector<std::uint32_t> stack;
+  for (;;) {
+    stack.insert(stack.end(), queue_.rbegin(), queue_.rend());
+    queue_.clear();
+    if (stack.empty() || work.must_stop()) break;
+    const std::uint32_t c = stack.back();
+    stack.pop_back();
+    cells_[c].queued = false;
+    advance(c, cells_[c].limit, work);
+    if (work.must_stop()) queue(c);
+  }
+  queue_.assign(stack.rbegin(), stack.rend());
+}
+
+// Generation by generation over all cells, so that the mesh is equally fine everywhere when it has to stop.
+void ProgressiveMesh::refine_evenly(std::uint32_t vertex_limit, Work& work) {
+  std::vector<std::vector<std::uint32_t>> by_generation(head_->generation_count() + 2U);
+  const auto distribute = [&] {
+    for (const std::uint32_t c : queue_) by_generation[cells_[c].done + 1U].push_back(c);
+    queue_.clear();
+  };
+  distribute();
+  std::vector<std::uint32_t> left;
+  for (std::vector<std::uint32_t>& cells : by_generation) {
+    std::sort(cells.begin(), cells.end());
+    for (const std::uint32_t c : cells) {
+      if (vertex_count_ >= vertex_limit || work.must_stop()) {
+        left.push_back(c);
+        continue;
+      }
+      cells_[c].queued = false;
+      std::uint32_t lagging = 0;
+      if (!can_advance(c) || find_lagging(c, lagging)) continue;
+      if (apply_generation(c, work)) queue(c);
+      distribute();  // all are for the next generation
+    }
+  }
+  queue_ = std::move(left);
+}
+
+void ProgressiveMesh::drop_targets() {
+  if (targets_set_) set_all_targets(kEverySegment);
+  targets_set_ = false;
+}
+
+Result<std::uint64_t> ProgressiveMesh::refine(std::uint32_t vertex_limit) {
+  if (failed_) return fail(ErrorKind::bad_input, "refinement stopped at an earlier error");
+  drop_targets();
+  Work work;
+  work.stop_at_damage = true;
+  std::sort(queue_.begin(), queue_.end());
+  if (vertex_limit >= head_->vertex_count) {
+    refine_in_depth(work);
+  } else {
+    refine_evenly(vertex_limit, work);
+  }
+  if (work.move.damage.empty()) return work.move.applied;
+  failed_ = true;
+  return tl::unexpected(work.move.damage.front().error);
+}
+
+// --- Coarsening ---
+
+// Takes the cells beside this one down to a generation.
+bool ProgressiveMesh::lower_neighbours(std::uint32_t cell_number, std::uint32_t generation, Work& work) {
+  const std::vector<std::uint32_t>& neighbours = cells_[cell_number].live->neighbours;
+  for (std::size_t i = 0; i < neighbours.size();) {
+    const std::uint32_t n = neighbours[i];
+    if (cells_[n].done <= generation) {
+      ++i;
+      continue;
+    }
+    const CellEntry& entry = index_->cells[n];
+    const bool untouched = cells_[n].done == slab_begin(entry.slab);  // its finest generation is its parent's
+    if (!undo_generation(untouched ? entry.parent : n, work)) return false;
+    i = 0;  // it may have given way to its parent
+  }
+  return true;
+}
+
+// Undoes the last generation of a cell, and first what needs it: its children's, and of the cells beside it those finer
+// by one. Touches no other cell of its own generation or a coarser one, so it is recursive at most as often as there are
+// generations. Returns false where it has to stop before it is done.
+bool ProgressiveMesh::undo_generation(std::uint32_t cell_number, Work& work) {
+  CellProgress& progress = cells_[cell_number];
+  LiveCell& cell = *progress.live;
+  const CellEntry& entry = index_->cells[cell_number];
+  const std::uint32_t generation = progress.done;
+  if (cell.has_children) {
+    const std::uint32_t end = entry.first_child + entry.child_count;
+    for (std::uint32_t child = entry.first_child; child < end; ++child) {
+      while (cells_[child].done > generation) {
+        if (!undo_generation(child, work)) return false;
+      }
+    }
+    for (std::uint32_t child = entry.first_child; child < end; ++child) {
+      if (!lower_neighbours(child, generation, work)) return false;
+    }
+  } else if (!lower_neighbours(cell_number, generation, work)) {
+    return false;
+  }
+  if (work.must_stop()) return false;
+  if (cell.has_children) retract_children(cell_number);
+  const LiveCell::Generation undo = cell.generations.back();
+  cell.generations.pop_back();
+  const std::uint32_t made = cell.vertices.made;
+  roll_back(cell_number, undo.made_before, generation);
+  work.move.undone += made - undo.made_before;
+  cell.decoder = undo.decoder_before;
+  progress.done = static_cast<std::uint8_t>(generation - 1);
+  if (pages_ == PageKind::small && made != undo.made_before) {
+    emptied_.emplace_back(cell.vertices.first_new + undo.made_before, cell.vertices.first_new + made);
+  }
+  note_change_around(cell_number);
+  queue(cell_number);
+  return true;
+}
+
+// Gives back the pages that have become empty as a whole. To both sides of what was undone it looks as far as a page may
+// reach.
+void ProgressiveMesh::give_back_pages() {
+  constexpr VertexId kReach = 512;
+  std::sort(emptied_.begin(), emptied_.end());
+  const auto base = static_cast<VertexId>(head_->base.places.size());
+  VertexId end = base;  // of what has been looked at
+  for (const auto& [first, last] : emptied_) {
+    VertexId begin = std::max(first, end);
+    while (begin < last && state_.fans.contains(begin)) ++begin;  // made again
+    if (begin >= last) continue;
+    end = begin;
+    const VertexId low = std::max(base, begin - std::min(begin, kReach));
+    const VertexId high = std::min(head_->vertex_count, last + kReach);
+    while (begin > low && !state_.fans.contains(begin - 1)) --begin;
+    while (end < high && !state_.fans.contains(end)) ++end;
+    state_.discard(begin, end);
+    undo_.discard(begin, end);
+  }
+  emptied_.clear();
+}
+
+void ProgressiveMesh::coarsen_excess(Work& work) {
+  while (!excess_.empty()) {
+    const std::uint32_t c = excess_.back();
+    while (cells_[c].live && cells_[c].done > cells_[c].limit) {
+      if (work.must_stop() || !undo_generation(c, work)) return;
+    }
+    excess_.pop_back();
+  }
+}
+
+std::uint64_t ProgressiveMesh::coarsen_to(std::uint32_t generation) {
+  if (!index_) return 0;
+  std::uint32_t border = 0;
+  for (const std::uint8_t end : head_->layer_ends) {
+    if (end <= generation) border = end;
+  }
+  Work work;
+  for (std::uint32_t c = 0; c < cells_.size(); ++c) {
+    while (cells_[c].live && cells_[c].done > std::max(border, slab_begin(index_->cells[c].slab))) {
+      undo_generation(c, work);
+    }
+  }
+  give_back_pages();
+  return work.move.undone;
+}
+
+// --- Moving ---
+
+void ProgressiveMesh::set_all_targets(std::uint32_t segments) {
+  targets_set_ = true;
+  for (std::uint32_t c = 0; c < cells_.size(); ++c) {
+    if (cells_[c].target == segments) continue;
+    cells_[c].target = segments;
+    update_limit(c);
+    if (cells_[c].live && cells_[c].done > cells_[c].limit) excess_.push_back(c);
+  }
+}
+
+MeshMove ProgressiveMesh::move_to(std::span<const CellTarget> targets, std::uint64_t split_budget) {
+  targets_set_ = true;
+  for (const CellTarget& t : targets) {
+    CellProgress& cell = cells_[t.cell];
+    cell.target = t.segments;
+    update_limit(t.cell);
+    if (cell.live && cell.done > cell.limit) excess_.push_back(t.cell);
+  }
+  Work work;
+  work.split_budget = split_budget;
+  coarsen_excess(work);
+  if (excess_.empty()) refine_in_depth(work);
+  give_back_pages();
+  work.move.finished = excess_.empty() && queue_.empty();
+  return std::move(work.move);
+}
+
+}  // namespace fanstream
