@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <new>
 
 #include "common/support/huge_pages.h"
 
@@ -14,51 +13,57 @@
 namespace fanstream {
 namespace {
 
+constexpr std::size_t kAlignment = 64;
+
 #if defined(__linux__)
+constexpr bool kGivesBack = true;
 std::size_t page_bytes() {
   static const auto size = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   return size;
 }
-
-std::byte* allocate(std::size_t size_bytes) {
+void* map_pages(std::size_t size_bytes) {
   void* const at =
       mmap(nullptr, size_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  return at == MAP_FAILED ? nullptr : static_cast<std::byte*>(at);
+  return at == MAP_FAILED ? nullptr : at;
 }
-
-void release(std::byte* data, std::size_t size_bytes) { munmap(data, size_bytes); }
-
+void unmap_pages(void* at, std::size_t size_bytes) { munmap(at, size_bytes); }
 bool give_back(std::byte* data, std::size_t size_bytes) { return madvise(data, size_bytes, MADV_DONTNEED) == 0; }
 #else
+constexpr bool kGivesBack = false;
 constexpr std::size_t page_bytes() { return 4096; }
-constexpr std::align_val_t kAlignment{64};
-std::byte* allocate(std::size_t size_bytes) {
-  void* const at = ::operator new(size_bytes, kAlignment);
-  return static_cast<std::byte*>(std::memset(at, 0, size_bytes));
-}
-void release(std::byte* data, std::size_t /*size_bytes*/) { ::operator delete(data, kAlignment); }
+void* map_pages(std::size_t /*size_bytes*/) { return nullptr; }
+void unmap_pages(void* /*at*/, std::size_t /*size_bytes*/) {}
 bool give_back(std::byte* /*data*/, std::size_t /*size_bytes*/) { return false; }
 #endif
 
 }  // namespace
 
-ZeroPages::ZeroPages(std::size_t size_bytes, PageKind kind) : kind_(kind) {
+ZeroPages::ZeroPages(std::size_t size_bytes, PageKind kind) : kind_(kGivesBack ? kind : PageKind::huge) {
   if (size_bytes == 0) return;
-  data_ = allocate(size_bytes);
-  if (data_ == nullptr) std::abort();
-  size_bytes_ = size_bytes;
-  if (kind == PageKind::huge) {
-    prefer_huge_pages(data_, size_bytes);
-  } else {
+  if (kind_ == PageKind::small) {
+    block_ = map_pages(size_bytes);
+    data_ = static_cast<std::byte*>(block_);
     in_use_.resize((size_bytes + page_bytes() - 1) / page_bytes());
+  } else {
+    block_ = std::calloc(size_bytes + kAlignment, 1);  // does not write to fresh memory
+    const auto address = reinterpret_cast<std::uintptr_t>(block_);
+    data_ = static_cast<std::byte*>(block_) + (kAlignment - address % kAlignment) % kAlignment;
+    prefer_huge_pages(data_, size_bytes);
   }
+  if (block_ == nullptr) std::abort();
+  size_bytes_ = size_bytes;
 }
 
 ZeroPages::~ZeroPages() {
-  if (data_ != nullptr) release(data_, size_bytes_);
+  if (kind_ == PageKind::small) {
+    if (block_ != nullptr) unmap_pages(block_, size_bytes_);
+  } else {
+    std::free(block_);
+  }
 }
 
 void ZeroPages::swap(ZeroPages& other) noexcept {
+  std::swap(block_, other.block_);
   std::swap(data_, other.data_);
   std::swap(size_bytes_, other.size_bytes_);
   std::swap(kind_, other.kind_);

@@ -43,6 +43,7 @@ class ZeroPages {
  private:
   void swap(ZeroPages& other) noexcept;
 
+  void* block_ = nullptr;  // as allocated
   std::byte* data_ = nullptr;
   std::size_t size_bytes_ = 0;
   PageKind kind_ = PageKind::huge;
