@@ -7,53 +7,57 @@
 namespace fanstream {
 namespace {
 
-constexpr double kSlack = 1e-9;       // of doubles, relative
-constexpr double kConeSlack = 1e-6;  // of the cone's floats
+// Relative to what is bounded; roundings are a millionth of it.
+constexpr double kRadiusSlack = 1e-9;
+constexpr double kCosineSlack = 1e-6;
 
+// Goes through the vertices and faces of a cell.
 class FaceVisitor {
  public:
-  FaceVisitor(const FanState& state, std::uint32_t cell, const PositionGrid& grid, BoundsScratch& scratch)
+  FaceVisitor(const FanState& state, const CellVertices& cell, const PositionGrid& grid, BoundsScratch& scratch)
       : state_(state), cell_(cell), grid_(grid), scratch_(scratch) {}
 
-  // The vertex, its neighbours in other cells, and its faces, each at the smallest of its vertices of this cell.
-  void visit(VertexId v) {
-    const glm::dvec3 at = point(v);
-    scratch_.points.push_back(at);
-    LinkedFans::CornerId corner = state_.fans.corner(v);
-    const LinkedFans::Corner* const corners = state_.fans.corners();
-    const std::uint32_t size = state_.fans.ring_size(v);
-    Neighbour first = neighbour(v, corners[corner].neighbour);
-    const Neighbour start = first;
-    for (std::uint32_t i = 0; i < size; ++i) {
-      corner = corners[corner].next;
-      const Neighbour second = i + 1 == size ? start : neighbour(v, corners[corner].neighbour);
-      if (first.ours && second.ours) add_normal(first.at - at, second.at - at);
-      first = second;
-    }
+  void visit_all() {
+    scratch_.points.resize(cell_.count());  // its own; those of other cells follow
+    scratch_.normals.clear();
+    for (std::uint32_t i = 0; i < cell_.count(); ++i) scratch_.points[i] = point(cell_.at(i));
+    for (std::uint32_t i = 0; i < cell_.count(); ++i) visit(i);
   }
 
  private:
   struct Neighbour {
     glm::dvec3 at;
-    bool ours;  // a face of it is to be looked at here
+    bool counts;  // a face of it is to be looked at here
   };
 
   glm::dvec3 point(VertexId v) const { return grid_.decode(state_.vertices[v].place); }
-  Neighbour neighbour(VertexId v, VertexId w) {
+
+  // A face is looked at from the first of the cell's vertices in it.
+  Neighbour neighbour(std::uint32_t i, VertexId w) {
     if (w == kOutside) return {glm::dvec3(0.0), false};
-    const bool foreign = state_.cells[w].cell != cell_;
-    const Neighbour found{point(w), foreign || w > v};
-    if (foreign) scratch_.points.push_back(found.at);
-    return found;
+    const FanState::CellPlace place = state_.cells[w];
+    if (place.cell == cell_.cell) return {scratch_.points[place.index], place.index > i};
+    scratch_.points.push_back(point(w));
+    return {scratch_.points.back(), true};
   }
-  void add_normal(const glm::dvec3& a, const glm::dvec3& b) {
-    const glm::dvec3 normal = glm::cross(a, b);
-    const double length = glm::length(normal);
-    if (length > 0.0) scratch_.normals.push_back(normal / length);
+
+  void visit(std::uint32_t i) {
+    const VertexId v = cell_.at(i);
+    const LinkedFans::Corner* const corners = state_.fans.corners();
+    const glm::dvec3 at = scratch_.points[i];
+    LinkedFans::Corner corner = corners[state_.fans.corner(v)];
+    const Neighbour start = neighbour(i, corner.neighbour);
+    Neighbour first = start;
+    for (std::uint32_t left = state_.fans.ring_size(v); left > 0; --left) {
+      corner = corners[corner.next];
+      const Neighbour second = left == 1 ? start : neighbour(i, corner.neighbour);
+      if (first.counts && second.counts) scratch_.normals.push_back(glm::cross(first.at - at, second.at - at));
+      first = second;
+    }
   }
 
   const FanState& state_;
-  std::uint32_t cell_;
+  const CellVertices& cell_;
   const PositionGrid& grid_;
   BoundsScratch& scratch_;
 };
@@ -71,32 +75,35 @@ void bound_points(const std::vector<glm::dvec3>& points, CellBounds& bounds) {
     const glm::dvec3 d = p - bounds.centre;
     square = std::max(square, glm::dot(d, d));
   }
-  const glm::dvec3 size = glm::max(glm::abs(low), glm::abs(high));  // rounding of the coordinates themselves
-  bounds.radius = std::sqrt(square) * (1.0 + kSlack) + kSlack * 1e-3 * (size.x + size.y + size.z);
+  const glm::dvec3 size = glm::max(glm::abs(low), glm::abs(high));  // which the coordinates are rounded by
+  bounds.radius = std::sqrt(square) * (1.0 + kRadiusSlack) + 1e-15 * (size.x + size.y + size.z);
 }
 
+// Around the mean by area.
 void bound_normals(const std::vector<glm::dvec3>& normals, CellBounds& bounds) {
   glm::dvec3 sum(0.0);
   for (const glm::dvec3& n : normals) sum += n;
   const double length = glm::length(sum);
   if (!(length > 0.0)) return;
   const glm::dvec3 axis = sum / length;
-  double cosine = 1.0;
-  for (const glm::dvec3& n : normals) cosine = std::min(cosine, glm::dot(n, axis));
+  double least = 1.0;  // cosine by its absolute value
+  for (const glm::dvec3& n : normals) {
+    const double along = glm::dot(n, axis);
+    const double square = glm::dot(n, n);
+    least = std::min(least, square > 0.0 ? along * std::abs(along) / square : 1.0);
+  }
+  const double cosine = std::copysign(std::sqrt(std::abs(least)), least);
   bounds.cone_axis = glm::vec3(axis);
-  bounds.cone_cosine = static_cast<float>(std::max(-1.0, cosine - kConeSlack));
+  bounds.cone_cosine = static_cast<float>(std::max(-1.0, cosine - kCosineSlack));
 }
 
 }  // namespace
 
 CellBounds cell_bounds(const FanState& state, const CellVertices& cell, const PositionGrid& grid,
                        BoundsScratch& scratch) {
-  scratch.points.clear();
-  scratch.normals.clear();
-  FaceVisitor visitor(state, cell.cell, grid, scratch);
-  for (std::uint32_t i = 0; i < cell.count(); ++i) visitor.visit(cell.at(i));
   CellBounds bounds;
-  if (scratch.points.empty()) return bounds;
+  if (cell.count() == 0) return bounds;
+  FaceVisitor(state, cell, grid, scratch).visit_all();
   bound_points(scratch.points, bounds);
   bound_normals(scratch.normals, bounds);
   return bounds;

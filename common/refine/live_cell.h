@@ -18,10 +18,11 @@ struct LiveCell {
     RansDecoder::Mark decoder_before;
   };
   CellVertices vertices;
-  std::vector<Generation> generations;    // of the slab, those applied
-  RansDecoder::Mark decoder;              // after them
-  std::vector<std::uint32_t> neighbours;  // the childless cells that own a neighbour of its vertices; none with children
-  bool has_children = false;              // which own its vertices
+  std::vector<Generation> generations;  // of the slab, those applied
+  RansDecoder::Mark decoder;            // after them
+  std::vector<std::uint32_t>
+      neighbours;             // the childless cells that own a neighbour of its vertices; none with children
+  bool has_children = false;  // which own its vertices
   mutable bool bounds_known = false;
   mutable CellBounds bounds;
 

@@ -19,8 +19,8 @@ bool ProgressiveMesh::find_lagging(std::uint32_t cell_number, std::uint32_t& lag
   return false;
 }
 
-// Takes a cell to a generation, or as far as limits allow, and the cells beside it as far as that needs: they lag behind
-// by a generation at least, so this is recursive at most as often as there are generations.
+// Takes a cell to a generation, or as far as limits allow, and the cells beside it as far as that needs: they lag
+// behind by a generation at least, so this is recursive at most as often as there are generations.
 void ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generation, Work& work) {
   while (can_advance(cell_number) && cells_[cell_number].done < generation && !work.must_stop()) {
     std::uint32_t lagging = 0;
@@ -118,8 +118,8 @@ bool ProgressiveMesh::lower_neighbours(std::uint32_t cell_number, std::uint32_t 
 }
 
 // Undoes the last generation of a cell, and first what needs it: its children's, and of the cells beside it those finer
-// by one. Touches no other cell of its own generation or a coarser one, so it is recursive at most as often as there are
-// generations. Returns false where it has to stop before it is done.
+// by one. Touches no other cell of its own generation or a coarser one, so it is recursive at most as often as there
+// are generations. Returns false where it has to stop before it is done.
 bool ProgressiveMesh::undo_generation(std::uint32_t cell_number, Work& work) {
   CellProgress& progress = cells_[cell_number];
   LiveCell& cell = *progress.live;
@@ -155,8 +155,8 @@ bool ProgressiveMesh::undo_generation(std::uint32_t cell_number, Work& work) {
   return true;
 }
 
-// Gives back the pages that have become empty as a whole. To both sides of what was undone it looks as far as a page may
-// reach.
+// Gives back the pages that have become empty as a whole. To both sides of what was undone it looks as far as a page
+// may reach.
 void ProgressiveMesh::give_back_pages() {
   constexpr VertexId kReach = 512;
   std::sort(emptied_.begin(), emptied_.end());

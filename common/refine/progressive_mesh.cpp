@@ -229,8 +229,8 @@ Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::
   if (Result<void> done = code_generation(state_, cell.vertices, generation, decoder, source, coding_); !done)
     return done;
   const bool slab_ends = generation == slab_end(entry.slab);
-  const bool unfinished = generation == head_->layer_ends[layer] &&
-                          !(slab_ends ? decoder.finished_cleanly() : decoder.used_up());
+  const bool unfinished =
+      generation == head_->layer_ends[layer] && !(slab_ends ? decoder.finished_cleanly() : decoder.used_up());
   const bool incomplete = slab_ends && cell.vertices.made != entry.split_count;
   if (!decoder.overran() && !unfinished && !incomplete) {
     cell.decoder = decoder.mark();

@@ -19,7 +19,7 @@ namespace fanstream {
 // What a mesh is for, which decides how its memory is laid out.
 enum class MeshMemory : std::uint8_t {
   whole_model,  // it is refined fully: room for all of it, on huge pages where there are some
-  live_part,    // it follows a view: memory for what is in the mesh alone, page by page, given back when it is coarsened
+  live_part,  // it follows a view: memory for what is in the mesh alone, page by page, given back when it is coarsened
 };
 
 // No more than the first `segments` segments of a cell are to be applied.
@@ -35,10 +35,10 @@ struct MeshMove {
     std::uint32_t segment = 0;
     Error error;
   };
-  std::uint64_t applied = 0;  // splits
-  std::uint64_t undone = 0;   // splits
-  bool finished = true;       // false: the budget was used up, more is to be done
-  std::vector<Damage> damage; // segments that turned out not to be decodable, now
+  std::uint64_t applied = 0;   // splits
+  std::uint64_t undone = 0;    // splits
+  bool finished = true;        // false: the budget was used up, more is to be done
+  std::vector<Damage> damage;  // segments that turned out not to be decodable, now
 };
 
 // Starts as FM0. No I/O, no threads. Not thread safe; distinct objects are independent.
@@ -58,8 +58,8 @@ class ProgressiveMesh {
   // Takes a copy of a segment's bytes, in any order; a second copy is ignored. Fails if there is no such segment, or if
   // size or checksum differ from the cell table's. Nothing is decoded yet.
   Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
-  // Frees the bytes of a cell's segments from number `keep` on, but not of those of which a generation is applied: lower
-  // the target and move first. They may be added again. Returns the bytes freed.
+  // Frees the bytes of a cell's segments from number `keep` on, but not of those of which a generation is applied:
+  // lower the target and move first. They may be added again. Returns the bytes freed.
   std::size_t release_segments(std::uint32_t cell, std::uint32_t keep);
 
   // Decodes and applies all that is held, whatever the targets were: they are dropped. Where that would make more than
@@ -72,12 +72,13 @@ class ProgressiveMesh {
   // exactly. Goes down to the next layer border at or below. Returns the splits undone.
   std::uint64_t coarsen_to(std::uint32_t generation);
 
-  // Sets the targets of these cells (at first, every cell's is kEverySegment; of a cell named twice the last counts) and
-  // goes to the largest mesh within targets and held segments that the implicit rule allows. What is beyond it is undone
-  // first, then what is missing is applied, beginning with the cells named first. Costs time for what changes, not for
-  // what is there. Stops when `split_budget` splits have been applied or undone, or one cell's share of a generation
-  // more, at a mesh that is as good as any; the next call goes on. A cell whose segment cannot be decoded stays as it is
-  // without it until the segment is released; the others go on. Precondition: has_index(), and the cells exist.
+  // Sets the targets of these cells (at first, every cell's is kEverySegment; of a cell named twice the last counts)
+  // and goes to the largest mesh within targets and held segments that the implicit rule allows. What is beyond it is
+  // undone first, then what is missing is applied, beginning with the cells named first. Costs time for what changes,
+  // not for what is there. Stops when `split_budget` splits have been applied or undone, or one cell's share of a
+  // generation more, at a mesh that is as good as any; the next call goes on. A cell whose segment cannot be decoded
+  // stays as it is without it until the segment is released; the others go on. Precondition: has_index(), and the cells
+  // exist.
   MeshMove move_to(std::span<const CellTarget> targets, std::uint64_t split_budget = kNoBudget);
   // Sets every cell's target, to take effect with the next move_to.
   void set_all_targets(std::uint32_t segments);
