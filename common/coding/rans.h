@@ -62,6 +62,21 @@ class RansDecoder {
   // Goes on with the next segment. `ends`: none that follows it has any bytes. Precondition: used_up().
   void append(std::span<const std::byte> bytes, bool ends);
 
+  // Where it stands between two symbols, to go on from there later, in the same segment's bytes wherever they lie then.
+  struct Mark {
+    std::uint32_t state = 0;
+    std::uint32_t position = 0;
+    bool begun = false;
+  };
+  Mark mark() const { return {state_, static_cast<std::uint32_t>(position_), begun_}; }
+  RansDecoder(const Mark& mark, std::span<const std::byte> bytes, bool ends)
+      : bytes_(bytes.data()),
+        position_(mark.position),
+        size_(bytes.size()),
+        state_(mark.state),
+        ends_(ends),
+        begun_(mark.begun) {}
+
   [[gnu::always_inline]] int symbol(const FrequencyTable& table, int /*value*/) {
     const std::uint32_t slot = state_ & (FrequencyTable::kTotal - 1);
     const int found = table.find(slot);

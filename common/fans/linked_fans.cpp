@@ -3,8 +3,6 @@
 #include <cassert>
 #include <unordered_map>
 
-#include "common/support/huge_pages.h"
-
 namespace fanstream {
 namespace {
 
@@ -19,13 +17,15 @@ std::uint64_t edge_key(VertexId from, VertexId to) { return std::uint64_t{from} 
 }  // namespace
 
 LinkedFans::LinkedFans(std::size_t vertex_count, const std::vector<Triangle>& triangles)
-    : fans_(vertex_count), base_vertices_(static_cast<std::uint32_t>(vertex_count)) {
+    : base_vertices_(static_cast<std::uint32_t>(vertex_count)) {
+  fans_.grow(vertex_count);
+  std::vector<Corner> corners;
   // By directed edge: the corner at its start in the face on its left.
   std::unordered_map<std::uint64_t, CornerId> corner_of;
   corner_of.reserve(4 * triangles.size());
   const auto add_face = [&](VertexId a, VertexId b, VertexId c) {
-    const auto corner = static_cast<CornerId>(corners_.size());
-    corners_.insert(corners_.end(), {{b, 0}, {c, 0}, {a, 0}, {}});
+    const auto corner = static_cast<CornerId>(corners.size());
+    corners.insert(corners.end(), {{b, 0}, {c, 0}, {a, 0}, {}});
     corner_of[edge_key(a, b)] = corner;
     corner_of[edge_key(b, c)] = corner + 1;
     corner_of[edge_key(c, a)] = corner + 2;
@@ -38,22 +38,33 @@ LinkedFans::LinkedFans(std::size_t vertex_count, const std::vector<Triangle>& tr
       if (!corner_of.contains(edge_key(to, from))) add_face(to, from, kOutside);
     }
   }
-  base_faces_ = static_cast<std::uint32_t>(corners_.size() / 4);
+  base_faces_ = static_cast<std::uint32_t>(corners.size() / 4);
   // The corner after (v, b, c) counter-clockwise around v is that of the face on the left of v -> c.
-  for (CornerId corner = 0; corner < corners_.size(); ++corner) {
+  for (CornerId corner = 0; corner < corners.size(); ++corner) {
     if ((corner & 3U) == 3) continue;
-    const VertexId v = corners_[before(corner)].neighbour;
-    const VertexId c = corners_[after(corner)].neighbour;
-    corners_[corner].next = corner_of.at(edge_key(v, c));
+    const VertexId v = corners[before(corner)].neighbour;
+    const VertexId c = corners[after(corner)].neighbour;
+    corners[corner].next = corner_of.at(edge_key(v, c));
     if (v == kOutside) continue;
     fans_[v].corner = corner;
     ++fans_[v].count;
   }
+  corners_ = PagedArray<Corner>(corners);
 }
 
-void LinkedFans::resize(std::size_t vertex_count) {
-  resize_large(fans_, vertex_count);
-  resize_large(corners_, 4 * (base_faces_ + 2 * (vertex_count - base_vertices_)));
+void LinkedFans::resize(std::size_t vertex_count, PageKind pages) {
+  fans_.grow(vertex_count, pages);
+  corners_.grow(4 * (base_faces_ + 2 * (vertex_count - base_vertices_)), pages);
+}
+
+void LinkedFans::note_use(VertexId first, VertexId last) {
+  fans_.note_use(first, last);
+  corners_.note_use(first_corner(first), first_corner(last));
+}
+
+void LinkedFans::discard(VertexId first, VertexId last) {
+  fans_.discard(first, last);
+  corners_.discard(first_corner(first), first_corner(last));
 }
 
 std::vector<VertexId> LinkedFans::ring(VertexId v) const {
@@ -135,21 +146,27 @@ RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added, CornerId root_c
 }
 
 std::vector<Triangle> LinkedFans::triangles() const {
-  std::vector<Triangle> result(corners_.size() / 4 + 1);
+  std::size_t vertices = 0;  // that splits brought
+  for (std::size_t v = base_vertices_; v < fans_.size(); ++v) vertices += fans_[v].count != 0 ? 1 : 0;
+  std::vector<Triangle> result(base_faces_ + 2 * vertices + 1);
   Triangle* next = result.data();  // faces to kOutside are written over: cheaper than a branch
-  for (std::size_t i = 0; i < corners_.size(); i += 4) {
-    const VertexId b = corners_[i].neighbour;
-    const VertexId c = corners_[i + 1].neighbour;
-    const VertexId a = corners_[i + 2].neighbour;
+  const auto add_face = [&](const Corner* face) {
+    const VertexId b = face[0].neighbour;
+    const VertexId c = face[1].neighbour;
+    const VertexId a = face[2].neighbour;
     *next = {a, b, c};
     next += static_cast<int>(a != kOutside) & static_cast<int>(b != kOutside) & static_cast<int>(c != kOutside);
+  };
+  const Corner* const corners = corners_.data();
+  for (std::size_t face = 0; face < base_faces_; ++face) add_face(corners + 4 * face);
+  for (std::size_t v = base_vertices_; v < fans_.size(); ++v) {
+    if (fans_[v].count == 0) continue;
+    const CornerId face = first_corner(static_cast<VertexId>(v));
+    add_face(corners + face);
+    add_face(corners + face + 4);
   }
   result.resize(static_cast<std::size_t>(next - result.data()));
   return result;
-}
-
-std::size_t LinkedFans::memory_bytes() const {
-  return corners_.capacity() * sizeof(Corner) + fans_.capacity() * sizeof(Fan);
 }
 
 }  // namespace fanstream

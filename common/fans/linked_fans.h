@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/fans/ring_mesh.h"
+#include "common/support/paged_array.h"
 
 namespace fanstream {
 
@@ -23,15 +24,19 @@ class LinkedFans {
   // A corner of face `corner / 4` at its vertex `corner % 4`.
   using CornerId = std::uint32_t;
   struct Corner {
-    VertexId neighbour = kOutside;  // the next vertex of the face, counter-clockwise
-    CornerId next = 0;              // the corner at the same vertex in the next face, counter-clockwise
+    VertexId neighbour = 0;  // the next vertex of the face, counter-clockwise
+    CornerId next = 0;       // the corner at the same vertex in the next face, counter-clockwise
   };
 
   LinkedFans() = default;
   // Precondition: `triangles` are an oriented manifold (is_oriented_manifold) over vertices 0..vertex_count-1.
   LinkedFans(std::size_t vertex_count, const std::vector<Triangle>& triangles);
-  // Makes room for vertices up to vertex_count - 1, which only split() brings into the mesh.
-  void resize(std::size_t vertex_count);
+  // Makes room for vertices up to vertex_count - 1, which only split() brings into the mesh. Room that is not in use
+  // takes no memory.
+  void resize(std::size_t vertex_count, PageKind pages = PageKind::huge);
+  // PagedArray's, for vertices [first, last) that split() brings; of those that are given back none is in the mesh.
+  void note_use(VertexId first, VertexId last);
+  void discard(VertexId first, VertexId last);
 
   std::size_t vertex_capacity() const { return fans_.size(); }  // one past the largest vertex number
   bool contains(VertexId v) const { return v < fans_.size() && fans_[v].count != 0; }
@@ -70,9 +75,9 @@ class LinkedFans {
   // `added` is the latest of its surroundings. Returns the wings.
   RingMesh::Wings merge(VertexId root, VertexId added, CornerId root_corner);
 
-  // Every face once.
+  // Every face once: those of the base, then by the numbers of the vertices that they came with.
   std::vector<Triangle> triangles() const;
-  std::size_t memory_bytes() const;
+  std::size_t memory_bytes() const { return corners_.resident_bytes() + fans_.resident_bytes(); }
 
  private:
   struct Fan {
@@ -82,8 +87,8 @@ class LinkedFans {
   // The first corner of the first of the two faces that came with `added`.
   CornerId first_corner(VertexId added) const { return 4 * (base_faces_ + 2 * (added - base_vertices_)); }
 
-  std::vector<Corner> corners_;   // by fours, the fourth unused
-  std::vector<Fan> fans_;         // by vertex
+  PagedArray<Corner> corners_;    // by fours, the fourth unused
+  PagedArray<Fan> fans_;          // by vertex
   std::uint32_t base_faces_ = 0;  // with those to kOutside
   std::uint32_t base_vertices_ = 0;
 };

@@ -1,13 +1,27 @@
 #include "common/refine/fan_state.h"
 
-#include "common/support/huge_pages.h"
-
 namespace fanstream {
 
-void FanState::resize(std::size_t vertex_count) {
-  fans.resize(vertex_count);
-  resize_large(vertices, vertex_count);
-  resize_large(cells, vertex_count);
+void FanState::resize(std::size_t vertex_count, PageKind pages) {
+  fans.resize(vertex_count, pages);
+  vertices.grow(vertex_count, pages);
+  cells.grow(vertex_count, pages);
+}
+
+void FanState::note_use(VertexId first, VertexId last) {
+  fans.note_use(first, last);
+  vertices.note_use(first, last);
+  cells.note_use(first, last);
+}
+
+void FanState::discard(VertexId first, VertexId last) {
+  fans.discard(first, last);
+  vertices.discard(first, last);
+  cells.discard(first, last);
+}
+
+std::size_t FanState::memory_bytes() const {
+  return fans.memory_bytes() + vertices.resident_bytes() + cells.resident_bytes();
 }
 
 void FanState::set_cell(std::uint32_t cell, std::span<const VertexId> of_cell) {
@@ -29,7 +43,7 @@ FanState FanState::from_base(const BaseMesh& base, std::size_t vertex_count) {
   FanState state;
   state.fans = LinkedFans(base.places.size(), base.triangles);
   state.resize(vertex_count);
-  for (VertexId v = 0; v < base.places.size(); ++v) state.vertices[v].place = base.places[v];
+  for (VertexId v = 0; v < base.places.size(); ++v) state.vertices[v] = {base.places[v], {}};
   return state;
 }
 

@@ -7,16 +7,22 @@
 #include "common/coding/base_coder.h"
 #include "common/coding/fan_vertex.h"
 #include "common/fans/linked_fans.h"
+#include "common/support/paged_array.h"
 
 namespace fanstream {
 
 // Arrays by vertex number. Thread safety: like a standard container.
 struct FanState {
   LinkedFans fans;
-  std::vector<FanVertex> vertices;  // place, and what coding remembers
-  std::vector<std::uint32_t> cells;  // the deepest cell that holds the vertex
+  PagedArray<FanVertex> vertices;     // place, and what is known of its splits
+  PagedArray<std::uint32_t> cells;  // the deepest cell that holds the vertex
 
-  void resize(std::size_t vertex_count);
+  // Room that no vertex uses takes no memory, huge pages aside.
+  void resize(std::size_t vertex_count, PageKind pages = PageKind::huge);
+  // PagedArray's, for vertices [first, last) that splits bring; of those that are given back none is in the mesh.
+  void note_use(VertexId first, VertexId last);
+  void discard(VertexId first, VertexId last);
+  std::size_t memory_bytes() const;
   void set_cell(std::uint32_t cell, std::span<const VertexId> vertices);
   std::vector<GridPoint> places() const;
   // The base mesh, no vertex split yet, in no cell; room for vertex_count vertices.

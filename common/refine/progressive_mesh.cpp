@@ -3,72 +3,175 @@
 #include <algorithm>
 
 #include "common/refine/cell_partition.h"
+#include "common/refine/mesh_work.h"
 
 namespace fanstream {
 
-ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const AssetHead> head)
+ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const AssetHead> head, MeshMemory memory)
     : head_(std::move(head)),
       model_(head_->statistics),
       coding_(model_, head_->grid, head_->generation_count()),
       state_(FanState::from_base(head_->base, head_->base.places.size())),
-      waiting_(head_->generation_count() + 2),
-      refined_(head_->generation_count() + 1),
-      vertex_count_(static_cast<std::uint32_t>(head_->base.places.size())) {}
+      vertex_count_(static_cast<std::uint32_t>(head_->base.places.size())),
+      pages_(memory == MeshMemory::whole_model ? PageKind::huge : PageKind::small) {}
 
 void ProgressiveMesh::set_index(std::shared_ptr<const AssetIndex> index) {
   index_ = std::move(index);
-  state_.resize(head_->vertex_count);
+  held_ = HeldSegments(index_);
+  state_.resize(head_->vertex_count, pages_);
   state_.set_next_splits(index_->base_next_splits);
+  undo_.grow(head_->vertex_count, pages_);
   cells_.resize(index_->cells.size());
-  for (std::size_t c = 0; c < cells_.size(); ++c) {
-    cells_[c].segments.resize(index_->cells[c].segment_count);
-    cells_[c].held.resize(index_->cells[c].segment_count);
-  }
   std::vector<VertexId> all(vertex_count_);
   for (VertexId v = 0; v < vertex_count_; ++v) all[v] = v;
-  if (head_->root_cell_count > 0) start_cells(all, 0, head_->root_cell_count, 0);
+  if (head_->root_cell_count == 0) return;
+  start_cells(all, 0, head_->root_cell_count, 0);
+  for (std::uint32_t c = 0; c < head_->root_cell_count; ++c) find_neighbours(c);
 }
 
-void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std::uint32_t first, std::uint32_t count,
-                                  std::uint32_t slab) {
-  auto groups =
-      partition_vertices({parent_vertices.begin(), parent_vertices.end()}, state_.vertices, head_->grid.unit(), count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    Cell& cell = cells_[first + i];
-    const CellEntry& entry = index_->cells[first + i];
-    cell.vertices = {first + i, std::move(groups[i]), entry.first_vertex, 0, entry.split_count};
-    state_.set_cell(first + i, cell.vertices.initial);
-    cell.done = slab == 0 ? 0 : slab_end(slab - 1);
-    cell.started = true;
-    cell.undo.reserve(entry.split_count);
-    enqueue(first + i);
-  }
-}
+std::uint32_t ProgressiveMesh::slab_begin(std::uint32_t slab) const { return slab == 0 ? 0 : slab_end(slab - 1); }
 
 std::uint32_t ProgressiveMesh::layer_of(std::uint32_t generation) const {
   const auto& ends = head_->layer_ends;
   return static_cast<std::uint32_t>(std::lower_bound(ends.begin(), ends.end(), generation) - ends.begin());
 }
 
-bool ProgressiveMesh::next_segment_held(std::uint32_t cell_number) const {
-  const Cell& cell = cells_[cell_number];
+std::uint32_t ProgressiveMesh::segment_of(std::uint32_t cell, std::uint32_t generation) const {
+  return layer_of(generation) - head_->layer_begin(index_->cells[cell].slab);
+}
+
+// --- Cells and which lie beside each other ---
+
+void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std::uint32_t first, std::uint32_t count,
+                                  std::uint32_t slab) {
+  auto groups =
+      partition_vertices({parent_vertices.begin(), parent_vertices.end()}, state_.vertices, head_->grid.unit(), count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    CellProgress& cell = cells_[first + i];
+    const CellEntry& entry = index_->cells[first + i];
+    cell.live = std::make_unique<LiveCell>();
+    cell.live->vertices = {first + i, std::move(groups[i]), entry.first_vertex, 0, entry.split_count};
+    state_.set_cell(first + i, cell.live->vertices.initial);
+    cell.live->generations.reserve(slab_end(slab) - slab_begin(slab));
+    cell.done = static_cast<std::uint8_t>(slab_begin(slab));
+    update_limit(first + i);
+    note_change(first + i);
+  }
+}
+
+void ProgressiveMesh::find_neighbours(std::uint32_t cell_number) {
+  LiveCell& cell = *cells_[cell_number].live;
+  std::vector<std::uint32_t> found;
+  std::uint32_t latest = cell_number;
+  for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) {
+    state_.fans.for_each_neighbour(cell.vertices.at(i), [&](VertexId w) {
+      const std::uint32_t other = state_.cells[w];
+      if (other == cell_number || other == latest) return;  // neighbours come in runs
+      found.push_back(other);
+      latest = other;
+    });
+  }
+  std::sort(found.begin(), found.end());
+  cell.neighbours.assign(found.begin(), std::unique(found.begin(), found.end()));
+}
+
+// The children of a complete cell take its place beside others. Splits change nothing about who is beside whom: each
+// edge between two cells remains one, though from a root to the vertex that was split from it.
+void ProgressiveMesh::hand_over_neighbours(std::uint32_t parent) {
+  const CellEntry& entry = index_->cells[parent];
+  const std::uint32_t end = entry.first_child + entry.child_count;
+  for (const std::uint32_t n : cells_[parent].live->neighbours) std::erase(cells_[n].live->neighbours, parent);
+  cells_[parent].live->neighbours = {};
+  for (std::uint32_t child = entry.first_child; child < end; ++child) {
+    find_neighbours(child);
+    for (const std::uint32_t n : cells_[child].live->neighbours) {
+      const bool sibling = n >= entry.first_child && n < end;
+      if (!sibling) cells_[n].live->neighbours.push_back(child);
+    }
+  }
+}
+
+// The inverse.
+void ProgressiveMesh::take_back_neighbours(std::uint32_t parent) {
+  const CellEntry& entry = index_->cells[parent];
+  const auto is_child = [&](std::uint32_t c) {
+    return c >= entry.first_child && c < entry.first_child + entry.child_count;
+  };
+  std::vector<std::uint32_t> all;
+  for (std::uint32_t i = 0; i < entry.child_count; ++i) {
+    const auto& neighbours = cells_[entry.first_child + i].live->neighbours;
+    std::copy_if(neighbours.begin(), neighbours.end(), std::back_inserter(all), [&](auto n) { return !is_child(n); });
+  }
+  std::sort(all.begin(), all.end());
+  cells_[parent].live->neighbours.assign(all.begin(), std::unique(all.begin(), all.end()));
+  for (const std::uint32_t n : cells_[parent].live->neighbours) {
+    std::erase_if(cells_[n].live->neighbours, is_child);
+    cells_[n].live->neighbours.push_back(parent);
+  }
+}
+
+std::vector<VertexId> ProgressiveMesh::vertices_of(const LiveCell& cell) const {
+  std::vector<VertexId> all(cell.vertices.count());
+  for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = cell.vertices.at(i);
+  return all;
+}
+
+void ProgressiveMesh::complete_cell(std::uint32_t cell_number) {
+  LiveCell& cell = *cells_[cell_number].live;
   const CellEntry& entry = index_->cells[cell_number];
-  if (!cell.started || cell.done == slab_end(entry.slab)) return false;
-  const std::uint32_t segment = layer_of(cell.done + 1) - head_->layer_begin(entry.slab);
-  return cell.held[segment] || index_->segments[entry.first_segment + segment].size_bytes == 0;
+  if (entry.child_count == 0) return;
+  start_cells(vertices_of(cell), entry.first_child, entry.child_count, entry.slab + 1);
+  hand_over_neighbours(cell_number);
+  cell.has_children = true;
 }
 
-// A cell waits under its next generation as soon as it holds the segment.
-void ProgressiveMesh::enqueue(std::uint32_t cell_number) {
-  if (next_segment_held(cell_number)) waiting_[cells_[cell_number].done + 1].push_back(cell_number);
+void ProgressiveMesh::retract_children(std::uint32_t cell_number) {
+  LiveCell& cell = *cells_[cell_number].live;
+  const CellEntry& entry = index_->cells[cell_number];
+  take_back_neighbours(cell_number);
+  for (std::uint32_t i = 0; i < entry.child_count; ++i) {
+    cells_[entry.first_child + i].live.reset();
+    note_change(entry.first_child + i);
+  }
+  cell.has_children = false;
+  state_.set_cell(cell_number, vertices_of(cell));
 }
 
-bool ProgressiveMesh::holds(std::uint32_t cell, std::uint32_t segment) const { return cells_[cell].held[segment]; }
+// --- Segments ---
+
+// A cell is queued as soon as it may be able to take another generation.
+void ProgressiveMesh::queue(std::uint32_t cell_number) {
+  CellProgress& cell = cells_[cell_number];
+  if (cell.queued || !can_advance(cell_number)) return;
+  cell.queued = true;
+  queue_.push_back(cell_number);
+}
+
+bool ProgressiveMesh::can_advance(std::uint32_t cell_number) const {
+  const CellProgress& cell = cells_[cell_number];
+  return cell.live && cell.done < cell.limit;
+}
+
+// After target, held segments or damage of the cell have changed.
+void ProgressiveMesh::update_limit(std::uint32_t cell_number) {
+  CellProgress& cell = cells_[cell_number];
+  const std::uint32_t slab = index_->cells[cell_number].slab;
+  const std::uint32_t segments = std::min(cell.target, held_.prefix(cell_number));
+  const std::uint32_t layer = head_->layer_begin(slab) + segments;
+  std::uint32_t limit = layer == 0 ? 0 : head_->layer_ends[layer - 1];
+  if (cell.damaged != 0) limit = std::min(limit, cell.damaged - 1U);
+  cell.limit = static_cast<std::uint8_t>(limit);
+  queue(cell_number);
+}
+
+bool ProgressiveMesh::holds(std::uint32_t cell, std::uint32_t segment) const {
+  return index_->segments[index_->cells[cell].first_segment + segment].size_bytes != 0 && held_.holds(cell, segment);
+}
 
 Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32_t segment,
                                           std::span<const std::byte> bytes) {
   const auto where = [&] { return "cell " + std::to_string(cell_number) + " segment " + std::to_string(segment); };
-  if (!index_ || cell_number >= cells_.size() || segment >= cells_[cell_number].held.size()) {
+  if (!index_ || cell_number >= cells_.size() || segment >= index_->cells[cell_number].segment_count) {
     return fail(ErrorKind::bad_input, where() + " does not exist in this asset");
   }
   const CellEntry& entry = index_->cells[cell_number];
@@ -78,271 +181,159 @@ Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32
                                           std::to_string(expected.size_bytes));
   }
   if (bytes.empty()) return {};
-  Cell& cell = cells_[cell_number];
-  if (cell.held[segment]) return {};
-  cell.segments[segment].assign(bytes.begin(), bytes.end());
-  cell.held[segment] = true;
-  const bool wanted_now =
-      cell.started && cell.done + 1 == head_->first_generation(head_->layer_begin(entry.slab) + segment);
-  if (wanted_now) waiting_[cell.done + 1].push_back(cell_number);
+  if (held_.holds(cell_number, segment)) return {};
+  held_.add(cell_number, segment, bytes);
+  update_limit(cell_number);
+  note_change(cell_number);
   return {};
 }
 
-// Finds the roots of the next generation.
-VertexId ProgressiveMesh::lagging_neighbour(const Cell& cell) {
-  return find_roots(state_, cell.vertices, cell.done + 1, coding_);
+std::size_t ProgressiveMesh::release_segments(std::uint32_t cell_number, std::uint32_t keep) {
+  CellProgress& cell = cells_[cell_number];
+  const std::uint32_t slab = index_->cells[cell_number].slab;
+  if (cell.live && cell.done > slab_begin(slab)) keep = std::max(keep, segment_of(cell_number, cell.done) + 1);
+  if (cell.damaged != 0 && segment_of(cell_number, cell.damaged) >= keep) cell.damaged = 0;
+  const std::size_t freed = held_.release(cell_number, keep);
+  update_limit(cell_number);
+  if (freed != 0) note_change(cell_number);
+  return freed;
 }
 
-// Decodes a generation's splits and looks whether they end where the segment and the cell do.
-Result<void> ProgressiveMesh::decode_generation(Cell& cell, const CellEntry& entry, std::uint32_t generation) {
+// --- One generation of a cell ---
+
+namespace {
+
+// The source of a decoder, which notes what undoing needs.
+struct NotedSplits {
+  SplitUndo* undo;  // by the vertex made
+
+  void describe(SplitInProgress& /*split*/) const {}
+  void made(const SplitUndo& split, VertexId added) const { undo[added] = split; }
+};
+
+}  // namespace
+
+// Decodes a generation's splits, whose roots find_lagging has found, and looks whether they end where the segment and the cell do.
+Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::uint32_t generation) {
+  LiveCell& cell = *cells_[cell_number].live;
+  const CellEntry& entry = index_->cells[cell_number];
+  if (entry.split_count == 0) return {};
   const std::uint32_t layer = layer_of(generation);
   const std::uint32_t segment = layer - head_->layer_begin(entry.slab);
-  const bool coded = entry.split_count != 0;
-  if (coded) {
-    if (generation == head_->first_generation(layer)) {
-      cell.layer_starts.push_back(cell.decoder);
-      cell.decoder.append(cell.segments[segment], index_->is_last_coded(entry, segment));
-    }
-    DecodedSplits source{cell.undo};
-    if (Result<void> done = code_generation(state_, cell.vertices, generation, cell.decoder, source, coding_); !done)
-      return done;
-  }
-  const bool starved = cell.decoder.starved();
-  const bool layer_ends = coded && generation == head_->layer_ends[layer];
+  const std::span<const std::byte> bytes = held_.bytes(cell_number, segment);
+  const bool begins = generation == head_->first_generation(layer);
+  const bool ends = index_->is_last_coded(entry, segment);
+  RansDecoder decoder({cell.decoder.state, begins ? 0 : cell.decoder.position, cell.decoder.begun},
+                      begins ? bytes.first(0) : bytes, ends);
+  if (begins) decoder.append(bytes, ends);
+  NotedSplits source{undo_.data()};
+  if (Result<void> done = code_generation(state_, cell.vertices, generation, decoder, source, coding_); !done)
+    return done;
+  const bool slab_ends = generation == slab_end(entry.slab);
   const bool unfinished =
-      layer_ends && !(generation == slab_end(entry.slab) ? cell.decoder.finished_cleanly() : cell.decoder.used_up());
-  const bool incomplete = generation == slab_end(entry.slab) && cell.vertices.made != entry.split_count;
-  if (!starved && !unfinished && !incomplete) return {};
-  return fail(ErrorKind::bad_input, "cell " + std::to_string(cell.vertices.cell) + " segment " +
-                                        std::to_string(segment) + ": its splits do not fill the segment");
+      generation == head_->layer_ends[layer] && !(slab_ends ? decoder.finished_cleanly() : decoder.used_up());
+  const bool incomplete = slab_ends && cell.vertices.made != entry.split_count;
+  if (!decoder.starved() && !unfinished && !incomplete) {
+    cell.decoder = decoder.mark();
+    return {};
+  }
+  return fail(ErrorKind::bad_input, "cell " + std::to_string(cell_number) + " segment " + std::to_string(segment) +
+                                        ": its splits do not fill the segment");
 }
 
-Result<void> ProgressiveMesh::apply_generation(std::uint32_t cell_number) {
-  Cell& cell = cells_[cell_number];
-  const CellEntry& entry = index_->cells[cell_number];
-  const std::uint32_t generation = cell.done + 1;
+// Returns false, with the mesh as it was, if the generation cannot be decoded.
+bool ProgressiveMesh::apply_generation(std::uint32_t cell_number, Work& work) {
+  CellProgress& progress = cells_[cell_number];
+  LiveCell& cell = *progress.live;
+  const std::uint32_t generation = progress.done + 1U;
   const std::uint32_t before = cell.vertices.made;
-  Result<void> decoded = decode_generation(cell, entry, generation);
-  vertex_count_ += cell.vertices.made - before;
+  const LiveCell::Generation undo{before, cell.decoder};
+  Result<void> decoded = decode_generation(cell_number, generation);
+  const std::uint32_t made = cell.vertices.made - before;
+  vertex_count_ += made;
+  state_.note_use(cell.vertices.first_new + before, cell.vertices.first_new + cell.vertices.made);
+  undo_.note_use(cell.vertices.first_new + before, cell.vertices.first_new + cell.vertices.made);
   if (!decoded) {
     roll_back(cell_number, before, generation);
-    return decoded;
+    progress.damaged = static_cast<std::uint8_t>(generation);
+    update_limit(cell_number);
+    work.move.damage.push_back({cell_number, segment_of(cell_number, generation), decoded.error()});
+    return false;
   }
-  applied_ += cell.vertices.made - before;
-  cell.made_before.push_back(before);
-  cell.done = generation;
-  refined_[generation].push_back(cell_number);
-  if (generation == slab_end(entry.slab)) {
-    complete_cell(cell, entry);
-  } else if (generation == head_->layer_ends[layer_of(generation)]) {
-    enqueue(cell_number);
-  } else {
-    waiting_[generation + 1].push_back(cell_number);
+  work.move.applied += made;
+  cell.generations.push_back(undo);
+  progress.done = static_cast<std::uint8_t>(generation);
+  note_change_around(cell_number);
+  for (const std::uint32_t n : cell.neighbours) {
+    if (cells_[n].done >= generation) queue(n);  // it may have been waiting for this one
   }
-  return {};
-}
-
-std::vector<VertexId> ProgressiveMesh::vertices_of(const Cell& cell) const {
-  std::vector<VertexId> all(cell.vertices.count());
-  for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = cell.vertices.at(i);
-  return all;
-}
-
-void ProgressiveMesh::complete_cell(Cell& cell, const CellEntry& entry) {
-  if (entry.child_count == 0) return;
-  start_cells(vertices_of(cell), entry.first_child, entry.child_count, entry.slab + 1);
-}
-
-// Generation by generation over all cells, so that the mesh is equally fine everywhere when it has to stop.
-Result<void> ProgressiveMesh::refine_evenly(std::uint32_t vertex_limit) {
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (std::size_t generation = 1; generation < waiting_.size(); ++generation) {
-      std::vector<std::uint32_t> cells;
-      cells.swap(waiting_[generation]);
-      for (const std::uint32_t c : cells) {
-        if (vertex_count_ >= vertex_limit || lagging_neighbour(cells_[c]) != kOutside) {
-          waiting_[generation].push_back(c);
-          continue;
-        }
-        if (Result<void> applied = apply_generation(c); !applied) return applied;
-        changed = true;
-      }
-    }
-  }
-  return {};
-}
-
-std::vector<std::uint32_t> ProgressiveMesh::take_waiting() {
-  std::vector<std::uint32_t> cells;
-  for (auto& list : waiting_) {
-    cells.insert(cells.end(), list.begin(), list.end());
-    list.clear();
-  }
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  return cells;
-}
-
-// Cell by cell, each as far as it goes, then its children: while a piece of the surface is refined, it stays in the
-// cache.
-Result<void> ProgressiveMesh::refine_in_depth() {
-  std::vector<std::uint32_t> stack = take_waiting();
-  std::reverse(stack.begin(), stack.end());
-  while (!stack.empty()) {
-    const std::uint32_t c = stack.back();
-    stack.pop_back();
-    const CellEntry& entry = index_->cells[c];
-    if (Result<void> advanced = advance(c, slab_end(entry.slab)); !advanced) return advanced;
-    if (cells_[c].done != slab_end(entry.slab)) {
-      enqueue(c);  // it waits on
-      continue;
-    }
-    for (std::uint32_t i = entry.child_count; i-- > 0;) stack.push_back(entry.first_child + i);
-  }
-  for (const std::uint32_t c : take_waiting()) enqueue(c);  // once each, and only those that still wait
-  return {};
-}
-
-// Takes a cell to a generation, or as far as held segments allow, and the cells beside it as far as that needs: they
-// lag behind by a generation at least, so this is recursive at most as often as there are generations.
-Result<void> ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generation) {
-  Cell& cell = cells_[cell_number];
-  while (cell.started && cell.done < generation && next_segment_held(cell_number)) {
-    const VertexId w = lagging_neighbour(cell);
-    if (w == kOutside) {
-      if (Result<void> applied = apply_generation(cell_number); !applied) return applied;
-      continue;
-    }
-    const std::uint32_t lagging = state_.cells[w];
-    const std::uint32_t before = cells_[lagging].done;
-    if (Result<void> advanced = advance(lagging, state_.vertices[w].context.next); !advanced) return advanced;
-    if (cells_[lagging].done == before) break;  // else the vertex may have gone over to a child
-  }
-  return {};
-}
-
-Result<std::uint64_t> ProgressiveMesh::refine(std::uint32_t vertex_limit) {
-  if (failed_) return fail(ErrorKind::bad_input, "refinement stopped at an earlier error");
-  const std::uint64_t before = applied_;
-  const bool everything = vertex_limit >= head_->vertex_count;
-  if (Result<void> refined = everything ? refine_in_depth() : refine_evenly(vertex_limit); !refined) {
-    failed_ = true;
-    return tl::unexpected(refined.error());
-  }
-  return applied_ - before;
-}
-
-void ProgressiveMesh::retract_children(Cell& cell, std::uint32_t cell_number) {
-  const CellEntry& entry = index_->cells[cell_number];
-  for (std::uint32_t i = 0; i < entry.child_count; ++i) {
-    Cell& child = cells_[entry.first_child + i];
-    child.started = false;
-    child.vertices = {};
-    child.decoder = {};
-    child.layer_starts.clear();
-  }
-  state_.set_cell(cell_number, vertices_of(cell));
+  if (generation == slab_end(index_->cells[cell_number].slab)) complete_cell(cell_number);
+  return true;
 }
 
 void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target, std::uint32_t generation) {
-  Cell& cell = cells_[cell_number];
-  vertex_count_ -= cell.vertices.made - target;
-  while (cell.vertices.made > target) {
-    --cell.vertices.made;
-    undo_split(state_, generation, cell.undo.back(), cell.vertices.first_new + cell.vertices.made);
-    cell.undo.pop_back();
+  CellVertices& vertices = cells_[cell_number].live->vertices;
+  vertex_count_ -= vertices.made - target;
+  while (vertices.made > target) {
+    const VertexId added = vertices.first_new + --vertices.made;
+    undo_split(state_, generation, undo_[added], added);
   }
 }
 
-std::uint64_t ProgressiveMesh::undo_generation(std::uint32_t cell_number) {
-  Cell& cell = cells_[cell_number];
-  if (cell.done == slab_end(index_->cells[cell_number].slab)) retract_children(cell, cell_number);
-  const std::uint32_t made = cell.vertices.made;
-  roll_back(cell_number, cell.made_before.back(), cell.done);
-  cell.made_before.pop_back();
-  const std::uint32_t layer = layer_of(cell.done);
-  if (cell.done == head_->first_generation(layer) && !cell.layer_starts.empty()) {
-    cell.decoder = cell.layer_starts.back();
-    cell.layer_starts.pop_back();
-  }
-  --cell.done;
-  return made - cell.vertices.made;
+// --- What others see ---
+
+void ProgressiveMesh::note_change(std::uint32_t cell_number) {
+  CellProgress& cell = cells_[cell_number];
+  if (cell.live) cell.live->bounds_known = false;
+  if (cell.changed) return;
+  cell.changed = true;
+  changed_.push_back(cell_number);
 }
 
-std::uint64_t ProgressiveMesh::coarsen_to(std::uint32_t generation) {
-  if (!index_) return 0;
-  std::uint32_t border = 0;
-  for (const std::uint8_t end : head_->layer_ends) {
-    if (end <= generation) border = end;
+// Faces on the border are beside both cells.
+void ProgressiveMesh::note_change_around(std::uint32_t cell_number) {
+  note_change(cell_number);
+  for (const std::uint32_t n : cells_[cell_number].live->neighbours) note_change(n);
+}
+
+std::vector<std::uint32_t> ProgressiveMesh::take_changed_cells() {
+  for (const std::uint32_t c : changed_) cells_[c].changed = false;
+  return std::exchange(changed_, {});
+}
+
+const CellBounds& ProgressiveMesh::bounds(std::uint32_t cell) const {
+  const LiveCell& live = *cells_[cell].live;
+  if (!live.bounds_known) {
+    live.bounds = cell_bounds(state_, live.vertices, head_->grid, scratch_);
+    live.bounds_known = true;
   }
-  std::uint64_t undone = 0;
-  // In the opposite order: splits of one generation may be undone in any order unless damaged data made them overlap.
-  for (std::uint32_t g = head_->generation_count(); g > border; --g) {
-    for (; !refined_[g].empty(); refined_[g].pop_back()) undone += undo_generation(refined_[g].back());
-  }
-  for (auto& list : waiting_) list.clear();
-  for (std::uint32_t c = 0; c < cells_.size(); ++c) enqueue(c);
-  return undone;
+  return live.bounds;
+}
+
+std::uint32_t ProgressiveMesh::applied_prefix(std::uint32_t cell) const {
+  if (!cells_[cell].live) return 0;
+  const std::uint32_t slab = index_->cells[cell].slab;
+  std::uint32_t layer = head_->layer_begin(slab);
+  while (layer < head_->slab_ends[slab] && head_->layer_ends[layer] <= cells_[cell].done) ++layer;
+  return layer - head_->layer_begin(slab);
 }
 
 std::uint32_t ProgressiveMesh::complete_generation() const {
   std::uint32_t least = head_->generation_count();
-  for (std::size_t c = 0; c < cells_.size(); ++c) {
-    const Cell& cell = cells_[c];
-    const bool leads_on = cell.done == slab_end(index_->cells[c].slab) && index_->cells[c].child_count > 0;
-    if (cell.started && !leads_on) least = std::min(least, cell.done);
+  for (std::uint32_t c = 0; c < cells_.size(); ++c) {
+    if (is_live(c)) least = std::min<std::uint32_t>(least, cells_[c].done);
   }
   return cells_.empty() ? 0 : least;
 }
 
-namespace {
-
-// By their smallest vertices, which stand first; ties by the next vertex. So equal meshes have their triangles in equal
-// order.
-std::vector<Triangle> in_order(const std::vector<Triangle>& triangles, std::size_t vertex_count) {
-  std::vector<std::uint32_t> begin(vertex_count + 1, 0);
-  for (const Triangle& t : triangles) ++begin[std::min({t[0], t[1], t[2]}) + 1];
-  for (std::size_t v = 0; v < vertex_count; ++v) begin[v + 1] += begin[v];
-  std::vector<Triangle> ordered(triangles.size());
-  std::vector<std::uint32_t> fill(begin.begin(), begin.end() - 1);
-  for (Triangle t : triangles) {
-    while (t[0] > t[1] || t[0] > t[2]) t = {t[1], t[2], t[0]};
-    ordered[fill[t[0]]++] = t;
-  }
-  for (std::size_t v = 0; v < vertex_count; ++v) std::sort(ordered.begin() + begin[v], ordered.begin() + begin[v + 1]);
-  return ordered;
-}
-
-}  // namespace
-
-TriangleMesh ProgressiveMesh::triangle_mesh() const {
-  TriangleMesh mesh;
-  std::vector<VertexId> number(state_.fans.vertex_capacity(), 0);
-  mesh.positions.reserve(vertex_count_);
-  for (VertexId v = 0; v < number.size(); ++v) {
-    if (!state_.fans.contains(v)) continue;
-    number[v] = static_cast<VertexId>(mesh.positions.size());
-    mesh.positions.push_back(head_->grid.decode(state_.vertices[v].place));
-  }
-  std::vector<Triangle> triangles = state_.fans.triangles();
-  for (Triangle& t : triangles) {
-    for (VertexId& v : t) v = number[v];
-  }
-  mesh.triangles = in_order(triangles, mesh.positions.size());
-  return mesh;
-}
-
 std::size_t ProgressiveMesh::memory_bytes() const {
-  std::size_t bytes = state_.fans.memory_bytes() + state_.vertices.capacity() * sizeof(FanVertex) +
-                      state_.cells.capacity() * sizeof(std::uint32_t) + cells_.capacity() * sizeof(Cell);
-  for (const Cell& cell : cells_) {
-    bytes += cell.vertices.initial.capacity() * sizeof(VertexId) + cell.undo.capacity() * sizeof(SplitUndo) +
-             cell.made_before.capacity() * sizeof(std::uint32_t) +
-             cell.layer_starts.capacity() * sizeof(RansDecoder);
-    for (const auto& segment : cell.segments) bytes += segment.capacity();
+  const auto array = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
+  std::size_t bytes = sizeof(*this) + state_.memory_bytes() + undo_.resident_bytes() + held_.memory_bytes() +
+                      array(cells_) + array(queue_) + array(excess_) + array(changed_) + array(emptied_) +
+                      array(scratch_.points) + array(scratch_.normals);
+  for (const CellProgress& cell : cells_) {
+    if (cell.live) bytes += cell.live->memory_bytes();
   }
-  for (const auto& cells : refined_) bytes += cells.capacity() * sizeof(std::uint32_t);
   return bytes;
 }
 

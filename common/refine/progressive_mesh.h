@@ -1,22 +1,53 @@
-// The paper's PFanMesh at work: an asset's mesh between FM0 and the full model, refined cell by cell as segments
-// arrive.
+// The paper's PFanMesh at work: an asset's mesh between FM0 and the full model, refined and coarsened cell by cell, as
+// segments arrive and as a view wants it.
 //
-// Why any arrival order gives the same mesh: within a generation patches share no face, so their splits do not see each
-// other; a cell takes up a generation only when every cell beside it has all coarser ones, so that each root's ring is
-// the one the builder saw. Holding a set of segments therefore means one mesh, whichever way it came about.
+// Why any order gives the same mesh: within a generation patches share no face, so their splits do not see each other;
+// a cell takes up a generation only when all that is to come around its roots is finer, so that each root's ring is the
+// one the builder saw. A set of held segments, and of targets, therefore means one mesh, whichever way it came about:
+// the largest that this rule allows (CODING.md, section 9).
 #pragma once
 
 #include <memory>
 
 #include "common/asset/asset_layout.h"
 #include "common/refine/cell_coder.h"
+#include "common/refine/held_segments.h"
+#include "common/refine/live_cell.h"
 
 namespace fanstream {
+
+// What a mesh is for, which decides how its memory is laid out.
+enum class MeshMemory : std::uint8_t {
+  whole_model,  // it is refined fully: room for all of it, on huge pages where there are some
+  live_part,  // it follows a view: memory for what is in the mesh alone, page by page, given back when it is coarsened
+};
+
+// No more than the first `segments` segments of a cell are to be applied.
+struct CellTarget {
+  std::uint32_t cell = 0;
+  std::uint32_t segments = 0;
+};
+
+// What move_to has done.
+struct MeshMove {
+  struct Damage {
+    std::uint32_t cell = 0;
+    std::uint32_t segment = 0;
+    Error error;
+  };
+  std::uint64_t applied = 0;   // splits
+  std::uint64_t undone = 0;    // splits
+  bool finished = true;        // false: the budget was used up, more is to be done
+  std::vector<Damage> damage;  // segments that turned out not to be decodable, now
+};
 
 // Starts as FM0. No I/O, no threads. Not thread safe; distinct objects are independent.
 class ProgressiveMesh {
  public:
-  explicit ProgressiveMesh(std::shared_ptr<const AssetHead> head);
+  static constexpr std::uint32_t kEverySegment = CellProgress::kEverything;
+  static constexpr std::uint64_t kNoBudget = std::numeric_limits<std::uint64_t>::max();
+
+  explicit ProgressiveMesh(std::shared_ptr<const AssetHead> head, MeshMemory memory = MeshMemory::whole_model);
   ProgressiveMesh(const ProgressiveMesh&) = delete;
   ProgressiveMesh& operator=(const ProgressiveMesh&) = delete;
 
@@ -25,17 +56,32 @@ class ProgressiveMesh {
   bool has_index() const { return index_ != nullptr; }
 
   // Takes a copy of a segment's bytes, in any order; a second copy is ignored. Fails if there is no such segment, or if
-  // its size differs from the cell table's. Nothing is decoded yet.
+  // size differs from the cell table's. Nothing is decoded yet.
   Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
+  // Frees the bytes of a cell's segments from number `keep` on, but not of those of which a generation is applied:
+  // lower the target and move first. They may be added again. Returns the bytes freed.
+  std::size_t release_segments(std::uint32_t cell, std::uint32_t keep);
 
-  // Decodes and applies all that can be. Where that would make more than `vertex_limit` vertices, it goes generation by
-  // generation, coarse to fine, and stops at that number or one cell's share of a generation more; a later call goes on
-  // from there. Returns how many splits were applied. After an error the mesh stays drawable, but no more is refined.
+  // Decodes and applies all that is held, whatever the targets were: they are dropped. Where that would make more than
+  // `vertex_limit` vertices, it goes generation by generation, coarse to fine, and stops at that number or one cell's
+  // share of a generation more; a later call goes on from there. Returns how many splits were applied. After an error
+  // the mesh stays drawable, but refine() does no more.
   Result<std::uint64_t> refine(std::uint32_t vertex_limit = kMostVertices);
 
-  // Undoes every generation finer than `generation` (0 is FM0), keeping the segments: refine() restores them exactly.
-  // Only layer borders can be come back to, so it goes down to the next one at or below. Returns the splits undone.
+  // Undoes every generation finer than `generation` (0 is FM0), keeping segments and targets: refine() restores them
+  // exactly. Goes down to the next layer border at or below. Returns the splits undone.
   std::uint64_t coarsen_to(std::uint32_t generation);
+
+  // Sets the targets of these cells (at first, every cell's is kEverySegment; of a cell named twice the last counts)
+  // and goes to the largest mesh within targets and held segments that the implicit rule allows. What is beyond it is
+  // undone first, then what is missing is applied, beginning with the cells named first. Costs time for what changes,
+  // not for what is there. Stops when `split_budget` splits have been applied or undone, or one cell's share of a
+  // generation more, at a mesh that is as good as any; the next call goes on. A cell whose segment cannot be decoded
+  // stays as it is without it until the segment is released; the others go on. Precondition: has_index(), and the cells
+  // exist.
+  MeshMove move_to(std::span<const CellTarget> targets, std::uint64_t split_budget = kNoBudget);
+  // Sets every cell's target, to take effect with the next move_to.
+  void set_all_targets(std::uint32_t segments);
 
   const AssetHead& head() const { return *head_; }
   const AssetIndex& index() const { return *index_; }
@@ -48,50 +94,77 @@ class ProgressiveMesh {
   // The mesh as it is now in the model's coordinates; vertices are renumbered without gaps, in order; triangles are
   // ordered by their smallest vertices, which stand first.
   TriangleMesh triangle_mesh() const;
+  // What the mesh takes, segments included, what the allocator adds not; the head and the index are not the mesh's own.
   std::size_t memory_bytes() const;
 
+  // What a planner looks at, by cell.
+  //
+  // Whether the cell owns vertices of the mesh, if it has any: its parent is complete, it is not (or has no children).
+  bool is_live(std::uint32_t cell) const { return cells_[cell].live && !cells_[cell].live->has_children; }
+  std::uint32_t target(std::uint32_t cell) const { return cells_[cell].target; }
+  std::uint32_t held_prefix(std::uint32_t cell) const { return held_.prefix(cell); }
+  std::uint32_t applied_prefix(std::uint32_t cell) const;  // whole segments
+  // The finest generation applied; 0 for a cell whose parent is not complete.
+  std::uint32_t applied_generation(std::uint32_t cell) const { return cells_[cell].live ? cells_[cell].done : 0; }
+  // The live cells that own a neighbour of one of a live cell's vertices, in no order.
+  std::span<const std::uint32_t> neighbours(std::uint32_t cell) const { return cells_[cell].live->neighbours; }
+  // Of a live cell. Computed when it is asked for, and again only after the cell or a neighbour has changed.
+  const CellBounds& bounds(std::uint32_t cell) const;
+  // The cells of which live or not, prefixes, neighbours or bounds may have changed since the last call, each once, in
+  // no order. The first call names those that were ever touched.
+  std::vector<std::uint32_t> take_changed_cells();
+
  private:
-  struct Cell {
-    CellVertices vertices;
-    std::vector<std::vector<std::byte>> segments;  // held bytes by segment
-    std::vector<bool> held;
-    RansDecoder decoder;
-    std::vector<RansDecoder> layer_starts;  // the decoder as it was before each segment that has been begun
-    std::vector<SplitUndo> undo;
-    std::vector<std::uint32_t> made_before;  // splits made before each applied generation of the slab
-    std::uint32_t done = 0;  // the finest generation applied
-    bool started = false;
-  };
+  struct Work;  // what a call has done and may still do
 
   void start_cells(std::span<const VertexId> parent_vertices, std::uint32_t first, std::uint32_t count,
                    std::uint32_t slab);
+  std::uint32_t slab_begin(std::uint32_t slab) const;  // the last generation before it
   std::uint32_t slab_end(std::uint32_t slab) const { return head_->layer_ends[head_->slab_ends[slab] - 1]; }
   std::uint32_t layer_of(std::uint32_t generation) const;
-  void enqueue(std::uint32_t cell);
-  bool next_segment_held(std::uint32_t cell) const;
-  std::vector<std::uint32_t> take_waiting();
-  Result<void> refine_evenly(std::uint32_t vertex_limit);
-  Result<void> refine_in_depth();
-  Result<void> advance(std::uint32_t cell, std::uint32_t generation);
-  VertexId lagging_neighbour(const Cell& cell);
-  Result<void> apply_generation(std::uint32_t cell_number);
-  Result<void> decode_generation(Cell& cell, const CellEntry& entry, std::uint32_t generation);
-  void roll_back(std::uint32_t cell_number, std::uint32_t target, std::uint32_t generation);
-  void complete_cell(Cell& cell, const CellEntry& entry);
-  std::uint64_t undo_generation(std::uint32_t cell_number);
-  void retract_children(Cell& cell, std::uint32_t cell_number);
-  std::vector<VertexId> vertices_of(const Cell& cell) const;
+  std::uint32_t segment_of(std::uint32_t cell, std::uint32_t generation) const;
+  void update_limit(std::uint32_t cell);
+  void queue(std::uint32_t cell);
+  void note_change(std::uint32_t cell);
+  void note_change_around(std::uint32_t cell);
+
+  void refine_evenly(std::uint32_t vertex_limit, Work& work);
+  void refine_in_depth(Work& work);
+  void advance(std::uint32_t cell, std::uint32_t generation, Work& work);
+  bool can_advance(std::uint32_t cell) const;
+  VertexId find_lagging(std::uint32_t cell);
+  VertexId find_later(std::uint32_t cell) const;
+  void find_neighbours(std::uint32_t cell);
+  void hand_over_neighbours(std::uint32_t parent);
+  void take_back_neighbours(std::uint32_t parent);
+  bool apply_generation(std::uint32_t cell, Work& work);
+  Result<void> decode_generation(std::uint32_t cell, std::uint32_t generation);
+  void complete_cell(std::uint32_t cell);
+
+  void coarsen_excess(Work& work);
+  bool undo_generation(std::uint32_t cell, Work& work);
+  void retract_children(std::uint32_t cell);
+  void roll_back(std::uint32_t cell, std::uint32_t target, std::uint32_t generation);
+  void give_back_pages();
+  void drop_targets();
+  std::vector<VertexId> vertices_of(const LiveCell& cell) const;
 
   std::shared_ptr<const AssetHead> head_;
   std::shared_ptr<const AssetIndex> index_;
   SplitModel model_;
   CellCoding coding_;
   FanState state_;
-  std::vector<Cell> cells_;
-  std::vector<std::vector<std::uint32_t>> waiting_;  // by next generation: started cells that hold its segment
-  std::vector<std::vector<std::uint32_t>> refined_;  // by generation: the cells that have it, in the order they got it
+  PagedArray<SplitUndo> undo_;  // by the vertex that a split made
+  HeldSegments held_;
+  std::vector<CellProgress> cells_;
+  std::vector<std::uint32_t> queue_;   // cells that may be able to take another generation
+  std::vector<std::uint32_t> excess_;  // cells that may be finer than they should be
+  std::vector<std::uint32_t> changed_;
+  std::vector<std::pair<VertexId, VertexId>> emptied_;  // ranges of vertices that are gone, of pages to be given back
+  mutable BoundsScratch scratch_;
   std::uint32_t vertex_count_ = 0;
-  std::uint64_t applied_ = 0;
+  PageKind pages_;
+  bool targets_set_ = false;
   bool failed_ = false;
 };
 

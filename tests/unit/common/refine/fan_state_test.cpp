@@ -160,7 +160,7 @@ TEST(FanState, OnlyWingsOfTheSameCellCountASplit) {
   for (VertexId added = 63; added < 63 + kSplits; ++added) {
     const FanSplit split = random_split(state, random.below(added), random);
     const std::vector<VertexId> ring = state.fans.ring(split.root);
-    const std::vector<FanVertex> before = state.vertices;
+    const PagedArray<FanVertex> before = state.vertices;
     apply(state, split, added, 2);
     for (VertexId v = 0; v < added; ++v) {
       if (v == split.root) continue;

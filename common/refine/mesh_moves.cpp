@@ -1,0 +1,231 @@
+// ProgressiveMesh's ways from one mesh to another.
+#include <algorithm>
+
+#include "common/refine/mesh_work.h"
+#include "common/refine/progressive_mesh.h"
+
+namespace fanstream {
+
+// --- Refining ---
+
+// Finds the roots of the cell's next generation. Returns a vertex beside one of them that still has to be split before,
+// or kOutside.
+VertexId ProgressiveMesh::find_lagging(std::uint32_t cell_number) {
+  const CellProgress& cell = cells_[cell_number];
+  return find_roots(state_, cell.live->vertices, cell.done + 1U, coding_);
+}
+
+// Takes a cell to a generation, or as far as limits allow, and the cells beside it as far as that needs: they lag
+// behind by a generation at least, so this is recursive at most as often as there are generations.
+void ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generation, Work& work) {
+  while (can_advance(cell_number) && cells_[cell_number].done < generation && !work.must_stop()) {
+    const VertexId vertex = find_lagging(cell_number);
+    if (vertex == kOutside) {
+      if (!apply_generation(cell_number, work)) return;
+      continue;
+    }
+    const std::uint32_t lagging = state_.cells[vertex];
+    const std::uint32_t before = cells_[lagging].done;
+    advance(lagging, state_.vertices[vertex].context.next, work);
+    // Else it queues this one when it gets on. The vertex may have gone over to a child.
+    if (cells_[lagging].done == before) return;
+  }
+}
+
+// Cell by cell, each as far as it goes, then its children: while a piece of the surface is refined, it stays in the
+// cache.
+void ProgressiveMesh::refine_in_depth(Work& work) {
+  std::vector<std::uint32_t> stack;
+  for (;;) {
+    stack.insert(stack.end(), queue_.rbegin(), queue_.rend());
+    queue_.clear();
+    if (stack.empty() || work.must_stop()) break;
+    const std::uint32_t c = stack.back();
+    stack.pop_back();
+    cells_[c].queued = false;
+    advance(c, cells_[c].limit, work);
+    if (work.must_stop()) queue(c);
+  }
+  queue_.assign(stack.rbegin(), stack.rend());
+}
+
+// Generation by generation over all cells, so that the mesh is equally fine everywhere when it has to stop.
+void ProgressiveMesh::refine_evenly(std::uint32_t vertex_limit, Work& work) {
+  std::vector<std::vector<std::uint32_t>> by_generation(head_->generation_count() + 2U);
+  const auto distribute = [&] {
+    for (const std::uint32_t c : queue_) by_generation[cells_[c].done + 1U].push_back(c);
+    queue_.clear();
+  };
+  distribute();
+  std::vector<std::uint32_t> left;
+  for (std::vector<std::uint32_t>& cells : by_generation) {
+    std::sort(cells.begin(), cells.end());
+    for (const std::uint32_t c : cells) {
+      if (vertex_count_ >= vertex_limit || work.must_stop()) {
+        left.push_back(c);
+        continue;
+      }
+      cells_[c].queued = false;
+      if (!can_advance(c) || find_lagging(c) != kOutside) continue;
+      if (apply_generation(c, work)) queue(c);
+      distribute();  // all are for the next generation
+    }
+  }
+  queue_ = std::move(left);
+}
+
+void ProgressiveMesh::drop_targets() {
+  if (targets_set_) set_all_targets(kEverySegment);
+  targets_set_ = false;
+}
+
+Result<std::uint64_t> ProgressiveMesh::refine(std::uint32_t vertex_limit) {
+  if (failed_) return fail(ErrorKind::bad_input, "refinement stopped at an earlier error");
+  drop_targets();
+  Work work;
+  work.stop_at_damage = true;
+  std::sort(queue_.begin(), queue_.end());
+  if (vertex_limit >= head_->vertex_count) {
+    refine_in_depth(work);
+  } else {
+    refine_evenly(vertex_limit, work);
+  }
+  if (work.move.damage.empty()) return work.move.applied;
+  failed_ = true;
+  return tl::unexpected(work.move.damage.front().error);
+}
+
+// --- Coarsening ---
+
+// A vertex beside the root or the new vertex of one of the cell's latest splits that was split or made after them.
+VertexId ProgressiveMesh::find_later(std::uint32_t cell_number) const {
+  const LiveCell& cell = *cells_[cell_number].live;
+  const std::uint32_t generation = cells_[cell_number].done;
+  VertexId later = kOutside;
+  const auto look = [&](VertexId w) {
+    if (state_.vertices[w].context.touched > generation) later = w;
+  };
+  for (std::uint32_t i = cell.generations.back().made_before; i < cell.vertices.made && later == kOutside; ++i) {
+    const VertexId added = cell.vertices.first_new + i;
+    state_.fans.for_each_neighbour(added, look);
+    state_.fans.for_each_neighbour(undo_[added].root, look);
+  }
+  return later;
+}
+
+// Undoes the last generation of a cell, and first what needs it: its children's, and those of cells beside it that were
+// applied on top of it. What needs it is finer, so this is recursive at most as often as there are generations. Returns
+// false where it has to stop before it is done.
+bool ProgressiveMesh::undo_generation(std::uint32_t cell_number, Work& work) {
+  CellProgress& progress = cells_[cell_number];
+  LiveCell& cell = *progress.live;
+  const CellEntry& entry = index_->cells[cell_number];
+  const std::uint32_t generation = progress.done;
+  if (cell.has_children) {
+    for (std::uint32_t child = entry.first_child; child < entry.first_child + entry.child_count; ++child) {
+      while (cells_[child].done > generation) {
+        if (!undo_generation(child, work)) return false;
+      }
+    }
+  }
+  for (VertexId w = find_later(cell_number); w != kOutside; w = find_later(cell_number)) {
+    std::uint32_t later = state_.cells[w];
+    const CellEntry& of_later = index_->cells[later];
+    if (cells_[later].done == slab_begin(of_later.slab)) later = of_later.parent;  // whose splits its finest are
+    if (!undo_generation(later, work)) return false;
+  }
+  if (work.must_stop()) return false;
+  if (cell.has_children) retract_children(cell_number);
+  const LiveCell::Generation undo = cell.generations.back();
+  cell.generations.pop_back();
+  const std::uint32_t made = cell.vertices.made;
+  roll_back(cell_number, undo.made_before, generation);
+  work.move.undone += made - undo.made_before;
+  cell.decoder = undo.decoder_before;
+  progress.done = static_cast<std::uint8_t>(generation - 1);
+  if (pages_ == PageKind::small && made != undo.made_before) {
+    emptied_.emplace_back(cell.vertices.first_new + undo.made_before, cell.vertices.first_new + made);
+  }
+  note_change_around(cell_number);
+  queue(cell_number);
+  return true;
+}
+
+// Gives back the pages that have become empty as a whole. To both sides of what was undone it looks as far as a page
+// may reach.
+void ProgressiveMesh::give_back_pages() {
+  constexpr VertexId kReach = 512;
+  std::sort(emptied_.begin(), emptied_.end());
+  const auto base = static_cast<VertexId>(head_->base.places.size());
+  VertexId end = base;  // of what has been looked at
+  for (const auto& [first, last] : emptied_) {
+    VertexId begin = std::max(first, end);
+    while (begin < last && state_.fans.contains(begin)) ++begin;  // made again
+    if (begin >= last) continue;
+    end = begin;
+    const VertexId low = std::max(base, begin - std::min(begin, kReach));
+    const VertexId high = std::min(head_->vertex_count, last + kReach);
+    while (begin > low && !state_.fans.contains(begin - 1)) --begin;
+    while (end < high && !state_.fans.contains(end)) ++end;
+    state_.discard(begin, end);
+    undo_.discard(begin, end);
+  }
+  emptied_.clear();
+}
+
+void ProgressiveMesh::coarsen_excess(Work& work) {
+  while (!excess_.empty()) {
+    const std::uint32_t c = excess_.back();
+    while (cells_[c].live && cells_[c].done > cells_[c].limit) {
+      if (work.must_stop() || !undo_generation(c, work)) return;
+    }
+    excess_.pop_back();
+  }
+}
+
+std::uint64_t ProgressiveMesh::coarsen_to(std::uint32_t generation) {
+  if (!index_) return 0;
+  std::uint32_t border = 0;
+  for (const std::uint8_t end : head_->layer_ends) {
+    if (end <= generation) border = end;
+  }
+  Work work;
+  for (std::uint32_t c = 0; c < cells_.size(); ++c) {
+    while (cells_[c].live && cells_[c].done > std::max(border, slab_begin(index_->cells[c].slab))) {
+      undo_generation(c, work);
+    }
+  }
+  give_back_pages();
+  return work.move.undone;
+}
+
+// --- Moving ---
+
+void ProgressiveMesh::set_all_targets(std::uint32_t segments) {
+  targets_set_ = true;
+  for (std::uint32_t c = 0; c < cells_.size(); ++c) {
+    if (cells_[c].target == segments) continue;
+    cells_[c].target = segments;
+    update_limit(c);
+    if (cells_[c].live && cells_[c].done > cells_[c].limit) excess_.push_back(c);
+  }
+}
+
+MeshMove ProgressiveMesh::move_to(std::span<const CellTarget> targets, std::uint64_t split_budget) {
+  targets_set_ = true;
+  for (const CellTarget& t : targets) {
+    CellProgress& cell = cells_[t.cell];
+    cell.target = t.segments;
+    update_limit(t.cell);
+    if (cell.live && cell.done > cell.limit) excess_.push_back(t.cell);
+  }
+  Work work;
+  work.split_budget = split_budget;
+  coarsen_excess(work);
+  if (excess_.empty()) refine_in_depth(work);
+  give_back_pages();
+  work.move.finished = excess_.empty() && queue_.empty();
+  return std::move(work.move);
+}
+
+}  // namespace fanstream
