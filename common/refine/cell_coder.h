@@ -40,41 +40,51 @@ struct CellCoding {
   AxisUnits units;
   std::uint32_t last_generation;  // of the asset
   std::array<SplitInProgress, kBatch> batch;
-  std::vector<Root> roots;  // of a generation of a cell: the first root_count
+  std::vector<Root> roots;  // the first root_count: those of one generation of a cell behind those of another
   std::size_t root_count = 0;
 
   CellCoding(const SplitModel& split_model, const PositionGrid& position_grid, std::uint32_t generation_count)
       : model(split_model), grid(position_grid), units(grid.unit()), last_generation(generation_count) {}
 };
 
-// Finds the cell's vertices that are split in a generation, all coarser ones of the cell having been applied, for
-// code_generation. Returns kOutside if each of them has all its neighbours as the encoder saw them, else a vertex, of
-// another cell, that still has to be split in a coarser generation.
-inline VertexId find_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation,
-                           CellCoding& coding) {
-  std::size_t roots = 0;
+// Puts the cell's vertices that are split in a generation behind coding.roots, all coarser generations of the cell having
+// been applied.
+inline void add_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation,
+                      CellCoding& coding) {
+  const std::size_t most = coding.root_count + vertices.count();
+  if (coding.roots.size() < most) coding.roots.resize(2 * most);
+  CellCoding::Root* root = coding.roots.data() + coding.root_count;
   const auto look_at = [&](VertexId v) {
-    if (state.vertices[v].context.next != generation) return;
-    if (coding.roots.size() == roots) coding.roots.resize(2 * roots + 16);
-    coding.roots[roots++].vertex = v;
+    root->vertex = v;
+    root += state.vertices[v].context.next == generation ? 1 : 0;
   };
   for (const VertexId v : vertices.initial) look_at(v);
   for (std::uint32_t i = 0; i < vertices.made; ++i) look_at(vertices.first_new + i);
-  coding.root_count = roots;
-  for (std::size_t i = 0; i < roots; ++i) coding.roots[i].walk.go_around(state.fans, coding.roots[i].vertex);
+  coding.root_count = static_cast<std::size_t>(root - coding.roots.data());
+}
+
+// Goes around a root of a generation. Returns kOutside if it has all its neighbours as the encoder saw them, and so it
+// stays until it is split; else a vertex, of another cell, that still has to be split in a coarser generation.
+inline VertexId go_around(const FanState& state, std::uint32_t generation, CellCoding::Root& root) {
+  root.walk.go_around(state.fans, root.vertex);
   VertexId lagging = kOutside;
-  for (std::size_t i = 0; i < roots; ++i) {
-    const CellCoding::Root& root = coding.roots[i];
-    const auto look = [&](VertexId w) {
-      if (w != kOutside && state.vertices[w].context.next < generation) lagging = w;
-    };
-    if (root.walk.size > FanWalk::kEntries) {
-      state.fans.for_each_neighbour(root.vertex, look);
-    } else {
-      for (std::size_t k = 0; k < root.walk.size; ++k) look(root.walk.ids[k]);
-    }
+  const auto look = [&](VertexId w) {
+    if (w != kOutside && state.vertices[w].context.next < generation) lagging = w;
+  };
+  if (root.walk.size > FanWalk::kEntries) {
+    state.fans.for_each_neighbour(root.vertex, look);
+  } else {
+    for (std::size_t k = 0; k < root.walk.size; ++k) look(root.walk.ids[k]);
   }
   return lagging;
+}
+
+// Both, where it is known that nothing lags: all cells have gone through the generations in step.
+inline void find_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation,
+                       CellCoding& coding) {
+  const std::size_t first = coding.root_count;
+  add_roots(state, vertices, generation, coding);
+  for (std::size_t i = first; i < coding.root_count; ++i) go_around(state, generation, coding.roots[i]);
 }
 
 namespace detail {
@@ -122,8 +132,8 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 
 }  // namespace detail
 
-// Codes and applies the splits of the roots that find_roots has found, with none lagging. Source is what knows the
-// splits: for an encoder the builder's history, for a decoder DecodedSplits. It has
+// Codes and applies the splits of the roots from number `first_root` on, which have been gone around with none lagging,
+// and takes them off coding.roots. Source is what knows the splits: for an encoder the builder's history, for a decoder DecodedSplits. It has
 //   void describe(SplitInProgress&), which fills in the split of split.root and when both vertices are split next,
 // and is told made(const SplitUndo&, VertexId added) of each split. Splits come in rounds: the first of every root,
 // then the second of those that have two, and so on; a root's next one is asked for after the one before was made.
@@ -131,8 +141,9 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 // the cell table's.
 template <class Coder, class Source>
 Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint32_t generation, Coder& coder,
-                             Source& source, CellCoding& coding) {
-  std::span<CellCoding::Root> roots = std::span(coding.roots).first(coding.root_count);
+                             Source& source, CellCoding& coding, std::size_t first_root = 0) {
+  std::span<CellCoding::Root> roots = std::span(coding.roots).first(coding.root_count).subspan(first_root);
+  coding.root_count = first_root;
   for (std::uint32_t round = 0; !roots.empty(); ++round) {
     for (std::size_t begin = 0; begin < roots.size(); begin += CellCoding::kBatch) {
       const std::size_t size = std::min(CellCoding::kBatch, roots.size() - begin);

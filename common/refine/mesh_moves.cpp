@@ -8,28 +8,51 @@ namespace fanstream {
 
 // --- Refining ---
 
-// Finds the roots of the cell's next generation. Returns a vertex beside one of them that still has to be split before,
-// or kOutside.
-VertexId ProgressiveMesh::find_lagging(std::uint32_t cell_number) {
-  const CellProgress& cell = cells_[cell_number];
-  return find_roots(state_, cell.live->vertices, cell.done + 1U, coding_);
+// Puts the roots of the cell's next generation behind coding_.roots, and takes the cells beside it as far as that needs:
+// they lag behind by a generation at least, so this is recursive at most as often as there are generations. Returns
+// false where one does not get on; then the cell waits for it.
+bool ProgressiveMesh::prepare_generation(std::uint32_t cell_number, Work& work) {
+  const std::uint32_t generation = cells_[cell_number].done + 1U;
+  const std::size_t first = coding_.root_count;
+  add_roots(state_, cells_[cell_number].live->vertices, generation, coding_);
+  for (std::size_t i = first; i < coding_.root_count; ++i) {
+    for (;;) {
+      const VertexId vertex = go_around(state_, generation, coding_.roots[i]);
+      if (vertex == kOutside) break;
+      const std::uint32_t lagging = state_.cells[vertex];
+      const std::uint32_t before = cells_[lagging].done;
+      if (work.in_step || !advance(lagging, state_.vertices[vertex].context.next, work) ||
+          cells_[lagging].done == before) {
+        wait_for(cell_number, lagging);
+        coding_.root_count = first;
+        return false;
+      }
+    }
+  }
+  return true;
 }
 
-// Takes a cell to a generation, or as far as limits allow, and the cells beside it as far as that needs: they lag
-// behind by a generation at least, so this is recursive at most as often as there are generations.
-void ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generation, Work& work) {
-  while (can_advance(cell_number) && cells_[cell_number].done < generation && !work.must_stop()) {
-    const VertexId vertex = find_lagging(cell_number);
-    if (vertex == kOutside) {
-      if (!apply_generation(cell_number, work)) return;
-      continue;
-    }
-    const std::uint32_t lagging = state_.cells[vertex];
-    const std::uint32_t before = cells_[lagging].done;
-    advance(lagging, state_.vertices[vertex].context.next, work);
-    // Else it queues this one when it gets on. The vertex may have gone over to a child.
-    if (cells_[lagging].done == before) return;
+// Takes a cell to a generation, or as far as limits allow. Returns false at damage, or where it has to stop.
+bool ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generation, Work& work) {
+  while (can_advance(cell_number) && cells_[cell_number].done < generation) {
+    if (work.must_stop()) return false;
+    const std::size_t first_root = coding_.root_count;
+    if (!prepare_generation(cell_number, work)) return true;
+    if (!apply_generation(cell_number, first_root, work)) return false;
   }
+  return true;
+}
+
+// Once only, however often it is tried.
+void ProgressiveMesh::wait_for(std::uint32_t cell_number, std::uint32_t lagging) {
+  std::vector<std::uint32_t>& waiting = cells_[lagging].live->waiting;
+  if (std::find(waiting.begin(), waiting.end(), cell_number) == waiting.end()) waiting.push_back(cell_number);
+}
+
+void ProgressiveMesh::wake_waiting(std::uint32_t cell_number) {
+  std::vector<std::uint32_t>& waiting = cells_[cell_number].live->waiting;
+  for (const std::uint32_t c : waiting) queue(c);
+  waiting.clear();
 }
 
 // Cell by cell, each as far as it goes, then its children: while a piece of the surface is refined, it stays in the
@@ -66,8 +89,9 @@ void ProgressiveMesh::refine_evenly(std::uint32_t vertex_limit, Work& work) {
         continue;
       }
       cells_[c].queued = false;
-      if (!can_advance(c) || find_lagging(c) != kOutside) continue;
-      if (apply_generation(c, work)) queue(c);
+      const std::size_t first_root = coding_.root_count;
+      if (!can_advance(c) || !prepare_generation(c, work)) continue;
+      if (apply_generation(c, first_root, work)) queue(c);
       distribute();  // all are for the next generation
     }
   }
@@ -85,7 +109,8 @@ Result<std::uint64_t> ProgressiveMesh::refine(std::uint32_t vertex_limit) {
   Work work;
   work.stop_at_damage = true;
   std::sort(queue_.begin(), queue_.end());
-  if (vertex_limit >= head_->vertex_count) {
+  work.in_step = vertex_limit < head_->vertex_count;
+  if (!work.in_step) {
     refine_in_depth(work);
   } else {
     refine_evenly(vertex_limit, work);

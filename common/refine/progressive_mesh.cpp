@@ -26,6 +26,7 @@ void ProgressiveMesh::set_index(std::shared_ptr<const AssetIndex> index) {
   for (VertexId v = 0; v < vertex_count_; ++v) all[v] = v;
   if (head_->root_cell_count == 0) return;
   start_cells(all, 0, head_->root_cell_count, 0);
+  if (!watched()) return;
   for (std::uint32_t c = 0; c < head_->root_cell_count; ++c) find_neighbours(c);
 }
 
@@ -121,15 +122,16 @@ void ProgressiveMesh::complete_cell(std::uint32_t cell_number) {
   const CellEntry& entry = index_->cells[cell_number];
   if (entry.child_count == 0) return;
   start_cells(vertices_of(cell), entry.first_child, entry.child_count, entry.slab + 1);
-  hand_over_neighbours(cell_number);
+  if (watched()) hand_over_neighbours(cell_number);
   cell.has_children = true;
 }
 
 void ProgressiveMesh::retract_children(std::uint32_t cell_number) {
   LiveCell& cell = *cells_[cell_number].live;
   const CellEntry& entry = index_->cells[cell_number];
-  take_back_neighbours(cell_number);
+  if (watched()) take_back_neighbours(cell_number);
   for (std::uint32_t i = 0; i < entry.child_count; ++i) {
+    wake_waiting(entry.first_child + i);
     cells_[entry.first_child + i].live.reset();
     note_change(entry.first_child + i);
   }
@@ -213,11 +215,12 @@ struct NotedSplits {
 
 }  // namespace
 
-// Decodes a generation's splits, whose roots find_lagging has found, and looks whether they end where the segment and the cell do.
-Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::uint32_t generation) {
+// Decodes a generation's splits, whose roots are those from `first_root` on, and looks whether they end where the segment and the cell do.
+Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::uint32_t generation,
+                                                std::size_t first_root) {
   LiveCell& cell = *cells_[cell_number].live;
   const CellEntry& entry = index_->cells[cell_number];
-  if (entry.split_count == 0) return {};
+  if (coding_.root_count == first_root && entry.split_count == 0) return {};
   const std::uint32_t layer = layer_of(generation);
   const std::uint32_t segment = layer - head_->layer_begin(entry.slab);
   const std::span<const std::byte> bytes = held_.bytes(cell_number, segment);
@@ -227,7 +230,7 @@ Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::
                       begins ? bytes.first(0) : bytes, ends);
   if (begins) decoder.append(bytes, ends);
   NotedSplits source{undo_.data()};
-  if (Result<void> done = code_generation(state_, cell.vertices, generation, decoder, source, coding_); !done)
+  if (Result<void> done = code_generation(state_, cell.vertices, generation, decoder, source, coding_, first_root); !done)
     return done;
   const bool slab_ends = generation == slab_end(entry.slab);
   const bool unfinished =
@@ -242,13 +245,13 @@ Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::
 }
 
 // Returns false, with the mesh as it was, if the generation cannot be decoded.
-bool ProgressiveMesh::apply_generation(std::uint32_t cell_number, Work& work) {
+bool ProgressiveMesh::apply_generation(std::uint32_t cell_number, std::size_t first_root, Work& work) {
   CellProgress& progress = cells_[cell_number];
   LiveCell& cell = *progress.live;
   const std::uint32_t generation = progress.done + 1U;
   const std::uint32_t before = cell.vertices.made;
   const LiveCell::Generation undo{before, cell.decoder};
-  Result<void> decoded = decode_generation(cell_number, generation);
+  Result<void> decoded = decode_generation(cell_number, generation, first_root);
   const std::uint32_t made = cell.vertices.made - before;
   vertex_count_ += made;
   state_.note_use(cell.vertices.first_new + before, cell.vertices.first_new + cell.vertices.made);
@@ -264,9 +267,7 @@ bool ProgressiveMesh::apply_generation(std::uint32_t cell_number, Work& work) {
   cell.generations.push_back(undo);
   progress.done = static_cast<std::uint8_t>(generation);
   note_change_around(cell_number);
-  for (const std::uint32_t n : cell.neighbours) {
-    if (cells_[n].done >= generation) queue(n);  // it may have been waiting for this one
-  }
+  wake_waiting(cell_number);
   if (generation == slab_end(index_->cells[cell_number].slab)) complete_cell(cell_number);
   return true;
 }
@@ -283,6 +284,7 @@ void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target,
 // --- What others see ---
 
 void ProgressiveMesh::note_change(std::uint32_t cell_number) {
+  if (!watched()) return;
   CellProgress& cell = cells_[cell_number];
   if (cell.live) cell.live->bounds_known = false;
   if (cell.changed) return;

@@ -19,7 +19,9 @@ namespace fanstream {
 // What a mesh is for, which decides how its memory is laid out.
 enum class MeshMemory : std::uint8_t {
   whole_model,  // it is refined fully: room for all of it, on huge pages where there are some
-  live_part,  // it follows a view: memory for what is in the mesh alone, page by page, given back when it is coarsened
+  // It follows a view: memory for what is in the mesh alone, page by page, given back when it is coarsened; and what a
+  // planner looks at is kept.
+  live_part,
 };
 
 // No more than the first `segments` segments of a cell are to be applied.
@@ -97,7 +99,7 @@ class ProgressiveMesh {
   // What the mesh takes, segments included, what the allocator adds not; the head and the index are not the mesh's own.
   std::size_t memory_bytes() const;
 
-  // What a planner looks at, by cell.
+  // What a planner looks at, by cell. Neighbours, bounds and changes are those of a MeshMemory::live_part alone.
   //
   // Whether the cell owns vertices of the mesh, if it has any: its parent is complete, it is not (or has no children).
   bool is_live(std::uint32_t cell) const { return cells_[cell].live && !cells_[cell].live->has_children; }
@@ -125,20 +127,23 @@ class ProgressiveMesh {
   std::uint32_t segment_of(std::uint32_t cell, std::uint32_t generation) const;
   void update_limit(std::uint32_t cell);
   void queue(std::uint32_t cell);
+  bool watched() const { return pages_ == PageKind::small; }  // whether what a planner looks at is kept
   void note_change(std::uint32_t cell);
   void note_change_around(std::uint32_t cell);
 
   void refine_evenly(std::uint32_t vertex_limit, Work& work);
   void refine_in_depth(Work& work);
-  void advance(std::uint32_t cell, std::uint32_t generation, Work& work);
+  bool advance(std::uint32_t cell, std::uint32_t generation, Work& work);
+  bool prepare_generation(std::uint32_t cell, Work& work);
+  void wait_for(std::uint32_t cell, std::uint32_t lagging);
+  void wake_waiting(std::uint32_t cell);
   bool can_advance(std::uint32_t cell) const;
-  VertexId find_lagging(std::uint32_t cell);
   VertexId find_later(std::uint32_t cell) const;
   void find_neighbours(std::uint32_t cell);
   void hand_over_neighbours(std::uint32_t parent);
   void take_back_neighbours(std::uint32_t parent);
-  bool apply_generation(std::uint32_t cell, Work& work);
-  Result<void> decode_generation(std::uint32_t cell, std::uint32_t generation);
+  bool apply_generation(std::uint32_t cell, std::size_t first_root, Work& work);
+  Result<void> decode_generation(std::uint32_t cell, std::uint32_t generation, std::size_t first_root);
   void complete_cell(std::uint32_t cell);
 
   void coarsen_excess(Work& work);
