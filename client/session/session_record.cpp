@@ -44,6 +44,7 @@ SessionSummary summarise(std::span<const FrameRecord> frames, const std::optiona
     summary.first_image_bytes = first_image->received_bytes;
   }
   const double share = frames.empty() ? 0.0 : 1.0 / static_cast<double>(frames.size());
+  std::size_t drawn = 0;
   double least_psnr = std::numeric_limits<double>::infinity();
   bool measured = false;
   FrameRecord base;  // as the counts were when the shot began: after a cut those of the frame before it
@@ -62,7 +63,8 @@ SessionSummary summarise(std::span<const FrameRecord> frames, const std::optiona
     summary.splits_undone += frame.splits_undone;
     add_time(frame.plan_ms, summary.plan_ms_mean, summary.plan_ms_worst, share);
     add_time(frame.apply_ms, summary.apply_ms_mean, summary.apply_ms_worst, share);
-    add_time(frame.draw_ms, summary.draw_ms_mean, summary.draw_ms_worst, share);
+    add_time(frame.draw_ms, summary.draw_ms_mean, summary.draw_ms_worst, 1.0);
+    drawn += frame.draw_ms > 0.0 ? 1 : 0;
     if (frame.difference && frame.triangles > 0) {
       measured = true;
       least_psnr = std::min(least_psnr, frame.difference->psnr_db);
@@ -72,6 +74,7 @@ SessionSummary summarise(std::span<const FrameRecord> frames, const std::optiona
       summary.degraded_reason = frame.reason;
     }
   }
+  if (drawn > 0) summary.draw_ms_mean /= static_cast<double>(drawn);
   if (measured) summary.psnr_db_least = least_psnr;
   if (!frames.empty()) {
     const FrameRecord& last = frames.back();

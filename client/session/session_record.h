@@ -40,7 +40,8 @@ struct FrameRecord {
   double wanted_tolerance_px = 1.0;             // of the path
   double tolerance_px = 1.0;                    // in force: budgets may have raised it
   std::optional<PictureDifference> difference;  // from the full model's picture; none where none were drawn
-  double plan_ms = 0.0, apply_ms = 0.0, draw_ms = 0.0;
+  double plan_ms = 0.0, apply_ms = 0.0;
+  double draw_ms = 0.0;  // 0 where the picture before served again
   ViewState state = ViewState::progressing;
   std::string reason;             // of a degraded state
   std::uint64_t stale_bytes = 0;  // segments that came after the view had given them up
@@ -69,6 +70,7 @@ struct SessionSummary {
   std::uint64_t first_image_bytes = 0;
   std::uint64_t received_bytes = 0, segment_bytes = 0, segments = 0, stale_bytes = 0;
   std::uint64_t splits_applied = 0, splits_undone = 0;
+  // Over all frames; drawing over those that were drawn anew.
   double plan_ms_mean = 0.0, apply_ms_mean = 0.0, draw_ms_mean = 0.0;
   double plan_ms_worst = 0.0, apply_ms_worst = 0.0, draw_ms_worst = 0.0;
   double psnr_db_least = 0.0;  // of the frames with a mesh; 0 where no differences were measured

@@ -214,7 +214,7 @@ std::string to_text(const SessionHeader& header, const SessionSummary& s) {
                                            : std::string("pictures    equal to the full model's\n");
   }
   if (s.draco) {
-    text += fmt::format("Draco       {} bytes; first image {:.3f} s: download {:.3f}, decode {:.3f}\n",
+    text += fmt::format("Draco       {} bytes, first image {:.3f} s:\n            download {:.3f} s, decode {:.3f} s\n",
                         grouped(s.draco->size_bytes), s.draco->picture_s(), s.draco->download_s, s.draco->decode_s);
   }
   text += fmt::format("at the end  {}", name(s.end_state));
