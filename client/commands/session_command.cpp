@@ -220,14 +220,13 @@ int run_session_command(const Arguments& arguments, const SessionOpener& opener)
 }
 
 void add_path_arguments(CLI::App& command, Arguments& arguments) {
-  command.add_option("--path", arguments.path, "Camera path: a JSON file, or orbit, approach, fly-by or jump")
-      ->capture_default_str();
-  command.add_option("--size", arguments.size, "Pixels: WxH; else as the path says, or 1024x768");
-  command.add_option("--fps", arguments.fps, "Frames a second; else as the path says, or 25")
+  command.add_option("--path", arguments.path, "A JSON file, or orbit, approach, fly-by, jump")->capture_default_str();
+  command.add_option("--size", arguments.size, "Pixels: WxH [as the path says, or 1024x768]");
+  command.add_option("--fps", arguments.fps, "Frames a second [as the path says, or 25]")
       ->check(CLI::Range(0.1, 240.0));
-  command.add_option("--tolerance-px", arguments.tolerance_px, "Error to refine to; else as the path says, or 1")
+  command.add_option("--tolerance-px", arguments.tolerance_px, "Error to refine to [as the path says, or 1]")
       ->check(CLI::Range(1e-3, 1e4));
-  command.add_option("--fov", arguments.fov_deg, "Degrees seen from bottom to top; else as the path says, or 35")
+  command.add_option("--fov", arguments.fov_deg, "Degrees from bottom to top [the path's, or 35]")
       ->check(CLI::Range(1.0, 170.0));
   command.add_option("--up", arguments.up, "x,y,z: which way is up for a built-in path")->delimiter(',')->expected(3);
 }
@@ -241,7 +240,7 @@ void add_session_arguments(CLI::App& command, Arguments& arguments) {
   command.add_option("--triangles", arguments.triangles, "Budget: draw at most so many")->check(CLI::PositiveNumber);
   command.add_option("--memory-mib", arguments.memory_mib, "Budget: hold at most so much of the model")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 20U));
-  command.add_option("--cache", arguments.cache, "Folder in which received parts are kept for the next time");
+  command.add_option("--cache", arguments.cache, "Folder to keep what came in for the next time");
   command.add_flag("--no-pictures", arguments.no_pictures, "Only tables and plots: faster");
 }
 

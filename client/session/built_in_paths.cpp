@@ -129,7 +129,7 @@ CameraPath fly_by_path(const Bounds& bounds, const BuiltInPathOptions& options) 
   for (int i = 0; i <= kSteps; ++i) {
     const double s = 2.0 * i / kSteps - 1.0;
     const glm::dvec3 eye = stage.center + along * (length * s) + side * clearance + stage.up * (0.25 * stage.radius);
-    const glm::dvec3 target = stage.center + along * (0.5 * length * s + 0.15 * stage.radius);
+    const glm::dvec3 target = stage.center + along * (0.3 * length * s);
     path.keyframes.push_back(look(kSeconds * i / kSteps, eye, target, stage, options));
   }
   return path;

@@ -24,8 +24,8 @@ std::vector<PlotSeries> curves(std::span<const FrameRecord> frames, Place&& x, c
       wanted.points.emplace_back(x(frame), frame.wanted_tolerance_px);
     }
   }
-  const double end = std::max(x(frames.back()), draco_at.value_or(0.0));
-  ours.points.emplace_back(end, ours.points.back().y);
+  // A little further than the last thing that happens, so that it is seen.
+  const double end = 1.03 * std::max(x(frames.back()), draco_at.value_or(0.0));
   wanted.points.emplace_back(end, wanted.points.back().y);
   std::vector<PlotSeries> all{std::move(ours)};
   if (draco_at) {

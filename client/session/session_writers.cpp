@@ -148,7 +148,7 @@ std::string shot_lines(const Shot& shot, bool only_one) {
     if (const std::optional<Reached>& r = shot.reached[i]) {
       text += fmt::format("  {:<14} {:>10.3f} {:>14}\n", step, r->time_s, grouped(r->received_bytes));
     } else {
-      text += fmt::format("  {:<14} {:>10} {:>14}\n", step, "never", "");
+      text += fmt::format("  {:<14} {:>10}\n", step, "never");
     }
   }
   return text + fmt::format("  at its end     {}, {} bytes came too late\n", error_text(shot.end_error_px),

@@ -93,11 +93,11 @@ std::shared_ptr<const AssetFile> torus() {
   return asset;
 }
 
-CameraPath small_path(std::string_view name = "orbit") {
+CameraPath small_path(std::string_view name = "orbit", double fps = 2.0) {
   BuiltInPathOptions options;
   options.width = 96;
   options.height = 64;
-  options.fps = 5.0;
+  options.fps = fps;
   CameraPath path = *built_in_path(name, {{-1.35, -1.35, -0.35}, {1.35, 1.35, 0.35}}, options);
   return path;
 }
@@ -212,7 +212,7 @@ TEST(SessionRun, WhatEndsItKeepsTheFramesBefore) {
     } else {
       session.fail_at_s = 1.3;  // frame 7 at 5 a second
     }
-    const Result<SessionRunReport> report = run_session(session, small_path(), options);
+    const Result<SessionRunReport> report = run_session(session, small_path("orbit", 5.0), options);
     ASSERT_TRUE(report) << report.error().message;
     ASSERT_TRUE(report->ended_early);
     EXPECT_EQ(report->ended_early->kind, interrupted ? ErrorKind::interrupted : ErrorKind::network);
@@ -240,7 +240,7 @@ TEST(SessionRun, InRealTimeLeavesOutFramesWhoseTimeHasPassed) {
   session.late_s = 0.5;
   SessionRunOptions options = into(folder.path());
   options.real_time = true;
-  const Result<SessionRunReport> report = run_session(session, small_path(), options);
+  const Result<SessionRunReport> report = run_session(session, small_path("orbit", 5.0), options);
   ASSERT_TRUE(report) << report.error().message;
   for (std::size_t i = 0; i < report->frames.size(); ++i) EXPECT_EQ(report->frames[i].frame, 3 * i);
 }
