@@ -16,7 +16,8 @@ using TimeUs = std::int64_t;  // microseconds of virtual time
 struct VirtualPipeOptions {
   std::uint64_t rate_bit_s = 10'000'000;  // 1 to 10^12; of the bytes written, nothing is added for packets
   TimeUs delay_us = 25'000;               // from the leaving of a byte to its arrival, 0 to 10^9
-  // What a sender hands over at most beyond what has left, as TCP_NOTSENT_LOWAT bounds it.
+  // What a sender hands over at most beyond what has left. Stricter than TCP_NOTSENT_LOWAT, which lets one write of any
+  // size in as soon as less than that is unsent.
   std::size_t unsent_limit_bytes = 32 * 1024;
 };
 
