@@ -253,8 +253,8 @@ Command add_session_command(CLI::App& app, SessionOpener opener) {
   add_path_arguments(*command, *arguments);
   add_session_arguments(*command, *arguments);
   command->footer(
-      "Writes frames/, animation.png (APNG), contact_sheet.png, frames.csv, session.json\n"
-      "and plots of error against bytes and time, beside Draco's over the same link.\n"
+      "Writes frames/, animation.png (APNG), contact_sheet.png, frames.csv,\n"
+      "session.json, and plots of error against bytes and time beside Draco's.\n"
       "Time is virtual unless --real-time is given: every run is the same.\n"
       "Example:\n  fanstream-client session bunny.fan --path jump -o session --rtt-ms 80");
   return {command, [arguments, opener] { return run_session_command(*arguments, opener); }};

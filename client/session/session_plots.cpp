@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace fanstream {
@@ -55,6 +56,8 @@ Result<Image> plot(const std::string& title, std::span<const FrameRecord> frames
   PlotOptions options;
   options.title = title;
   options.x.label = x_label;
+  const double end = series.back().points.back().x;  // the tolerance runs all along
+  if (end > 0.0 && std::isfinite(end)) options.x = {x_label, false, 0.0, end};
   options.y = error_axis(frames);
   return draw_plot(series, options);
 }
@@ -76,7 +79,7 @@ Result<Image> plot_error_by_time(const std::string& title, std::span<const Frame
   std::optional<double> at;
   if (draco) at = draco->picture_s();
   const auto time = [](const FrameRecord& frame) { return frame.time_s; };
-  return plot(title, frames, "seconds", curves(frames, time, "Draco, whole file and decoded", at));
+  return plot(title, frames, "seconds", curves(frames, time, "Draco, decoded", at));
 }
 
 }  // namespace fanstream

@@ -60,7 +60,7 @@ TEST(SimulatedConnection, BringsTheWholeAssetAsFastAsTheLinkAllows) {
   EXPECT_LE(last_us, bytes_us + 200'000.0 + 3'000.0);
 }
 
-TEST(SimulatedConnection, IsTheSameEveryTimeHoweverItIsStepped) {
+TEST(SimulatedConnection, IsTheSameEveryTime) {
   const auto source = std::make_shared<SyntheticSource>(large_shape());
   Log logs[2];
   for (Log& log : logs) {
