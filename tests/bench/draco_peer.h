@@ -2,21 +2,13 @@
 // EdgeBreaker. Positions go in as integers, so Draco's own quantisation has no part in it.
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
-#include <vector>
 
+#include "client/session/draco_peer.h"
 #include "common/mesh/triangle_mesh.h"
 #include "common/support/result.h"
 
 namespace fanstream::bench {
-
-// A mesh on an integer grid. Vertices may share a grid point and remain distinct vertices.
-struct GridMesh {
-  std::vector<std::array<std::int32_t, 3>> positions;
-  std::vector<Triangle> triangles;
-};
 
 // Puts a mesh on a grid of 2^bits - 1 steps along the longest side of its bounds, the same step for all axes, counted
 // from the lower corner and rounded to the nearest: the grid that Draco's own quantiser uses. bits: 1 to 30.
@@ -32,10 +24,7 @@ struct DracoResult {
   double decode_mtriangles_s = 0.0;  // millions of triangles per second
 };
 
-// Encodes at a compression level of 0 (fastest) to 10 (smallest), that is Draco's speed 10 - level for both encoding
-// and decoding, and decodes `decode_repetitions` times. Fails with usage for a level or repetitions out of range, with
-// bad_input for a mesh without triangles or with indices out of range, and where Draco fails or does not give back
-// every triangle and at least every position.
+// Encodes and decodes as make_draco_file does, with its errors.
 Result<DracoResult> measure_draco(const GridMesh& mesh, int level, int decode_repetitions = 5);
 
 }  // namespace fanstream::bench
