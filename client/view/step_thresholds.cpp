@@ -1,0 +1,89 @@
+#include "client/view/step_thresholds.h"
+
+#include <algorithm>
+
+namespace fanstream {
+namespace {
+
+// Keeps products and quotients of floats finite.
+constexpr double kHuge = 1e30;
+
+void own_thresholds(const CellTable& table, const CellScales& scales, float floor, std::vector<float>& thresholds) {
+  const float near = scales.near;
+  for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {
+    const std::uint32_t count = table.cells_of(slab);
+    const float* scale = scales.scale.data() + table.first_cell(slab);
+    const float* depth = scales.depth.data() + table.first_cell(slab);
+    const float* slant = scales.slant.data() + table.first_cell(slab);
+    for (std::uint32_t layer = 0; layer < table.layers_of(slab); ++layer) {
+      const std::uint32_t row = table.first_step(slab) + layer * count;
+      const float* errors = table.errors().data() + row;
+      float* out = thresholds.data() + row;
+      for (std::uint32_t i = 0; i < count; ++i) {
+        const float e = errors[i];
+        const float distance = std::max(near, std::max(depth[i] - e, slant[i] - 2.0F * e));
+        const float px = std::min(static_cast<float>(kHuge), scale[i] * e / distance);
+        out[i] = px > floor ? px : 0.0F;
+      }
+    }
+  }
+}
+
+void raise(float& threshold, float to) { threshold = std::max(threshold, to); }
+
+}  // namespace
+
+void CellScales::resize(std::size_t cells) {
+  scale.resize(cells);
+  depth.resize(cells);
+  slant.resize(cells);
+}
+
+void CellScales::set(std::uint32_t cell, const ProjectedError& error, double weight) {
+  scale[cell] = static_cast<float>(std::min(kHuge, weight * error.scale_px));
+  depth[cell] = static_cast<float>(std::clamp(error.depth, -kHuge, kHuge));
+  slant[cell] = static_cast<float>(std::clamp(error.slant, -kHuge, kHuge));
+  near = static_cast<float>(std::clamp(error.near, 1.0 / kHuge, kHuge));
+}
+
+void compute_step_thresholds(const CellTable& table, const CellScales& scales, float floor,
+                             std::vector<float>& thresholds) {
+  thresholds.resize(table.step_count());
+  own_thresholds(table, scales, floor, thresholds);
+  for (std::uint32_t slab = table.slab_count(); slab-- > 0;) {
+    const std::uint32_t count = table.cells_of(slab);
+    const std::uint32_t first = table.first_cell(slab);
+    for (std::uint32_t layer = table.layers_of(slab); layer-- > 1;) {
+      const float* from = thresholds.data() + table.first_step(slab) + layer * count;
+      float* to = thresholds.data() + table.first_step(slab) + (layer - 1) * count;
+      for (std::uint32_t i = 0; i < count; ++i) {
+        const float threshold = from[i];
+        if (!(threshold > 0.0F)) continue;
+        raise(to[i], threshold);
+        for (const std::uint32_t n : table.peers(first + i)) raise(to[n - first], threshold);
+      }
+    }
+    const float* from = thresholds.data() + table.first_step(slab);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const float threshold = from[i];
+      if (!(threshold > 0.0F)) continue;
+      for (const std::uint32_t b : table.foundations(first + i))
+        raise(thresholds[table.step_index(b, table.segment_count(b))], threshold);
+    }
+  }
+}
+
+void count_steps_above(const CellTable& table, std::span<const float> thresholds, float level, float factor,
+                       std::vector<std::uint8_t>& counts) {
+  counts.assign(table.cell_count(), 0);
+  for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {
+    const std::uint32_t cells = table.cells_of(slab);
+    std::uint8_t* out = counts.data() + table.first_cell(slab);
+    for (std::uint32_t layer = 0; layer < table.layers_of(slab); ++layer) {
+      const float* row = thresholds.data() + table.first_step(slab) + layer * cells;
+      for (std::uint32_t i = 0; i < cells; ++i) out[i] = static_cast<std::uint8_t>(out[i] + (row[i] * factor > level));
+    }
+  }
+}
+
+}  // namespace fanstream

@@ -1,0 +1,286 @@
+// A make-believe model: rectangles on a globe, cut into smaller ones slab by slab, and a mesh of them that obeys the
+// rule of dependencies. For tests and the benchmark of the planner.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include "client/view/planner.h"
+#include "tests/support/seeded_random.h"
+
+namespace fanstream::testing {
+
+struct CellWorldShape {
+  std::uint32_t roots = 4;
+  std::uint32_t slabs = 3;
+  std::uint32_t least_children = 2;
+  std::uint32_t most_children = 4;
+  std::uint32_t most_layers = 3;  // of a slab; 1 to this many, at random
+  bool fixed_layers = false;      // always most_layers
+  double base_error = 0.2;        // the globe's radius is 1
+  double decay = 0.7;             // of the error with each layer
+};
+
+class CellWorld {
+ public:
+  struct Box {
+    double u0 = 0.0, u1 = 1.0, v0 = 0.0, v1 = 1.0;
+  };
+
+  CellWorld(const CellWorldShape& shape, SeededRandom& random) {
+    std::vector<SlabShape> slabs;
+    std::vector<std::uint32_t> child_counts;
+    cut({}, shape.roots, boxes_);
+    std::uint32_t begin = 0;
+    for (std::uint32_t s = 0; s < shape.slabs; ++s) {
+      const auto end = static_cast<std::uint32_t>(boxes_.size());
+      slabs.push_back({end - begin, shape.fixed_layers ? shape.most_layers : 1 + random.below(shape.most_layers)});
+      link(begin, end);
+      if (s + 1 < shape.slabs) {
+        for (std::uint32_t c = begin; c < end; ++c) {
+          const auto children = static_cast<std::uint32_t>(
+              random.between(static_cast<int>(shape.least_children), static_cast<int>(shape.most_children)));
+          child_counts.push_back(children);
+          cut(Box(boxes_[c]), children, boxes_);
+        }
+      }
+      begin = end;
+    }
+    auto created = CellTable::create(slabs, child_counts);
+    if (!created) throw std::runtime_error(created.error().message);
+    table_ = std::move(*created);
+    fill(shape, random);
+    refresh();
+  }
+
+  CellTable& table() { return table_; }
+  const CellTable& table() const { return table_; }
+  const std::vector<std::uint32_t>& beside(std::uint32_t cell) const { return beside_[cell]; }  // of the same slab
+
+  bool live(std::uint32_t cell) const {
+    const std::uint32_t parent = table_.parent(cell);
+    return parent == CellTable::kNoCell || (complete(parent) && live(parent));
+  }
+  bool complete(std::uint32_t cell) const { return table_.applied(cell) == table_.segment_count(cell); }
+  bool front(std::uint32_t cell) const { return live(cell) && !(complete(cell) && table_.child_count(cell) > 0); }
+  // Cells of the mesh beside a live cell, coarser and finer ones too.
+  std::vector<std::uint32_t> neighbours(std::uint32_t cell) const {
+    std::vector<std::uint32_t> all;
+    for (std::uint32_t n : beside_[cell]) {
+      while (!live(n)) n = table_.parent(n);
+      descend(n, boxes_[cell], all);
+    }
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    std::erase(all, cell);
+    return all;
+  }
+  // Layers of the asset that a cell has.
+  std::uint32_t layers(std::uint32_t cell) const {
+    std::uint32_t sum = table_.applied(cell);
+    for (std::uint32_t s = 0; s < table_.slab_of(cell); ++s) sum += table_.layers_of(s);
+    return sum;
+  }
+  // Whether the mesh could be in this state at all.
+  bool legal() const {
+    for (std::uint32_t c = 0; c < table_.cell_count(); ++c) {
+      if (!live(c) && table_.applied(c) != 0) return false;
+      if (!front(c)) continue;
+      for (const std::uint32_t n : neighbours(c)) {
+        if (layers(n) + 1 < layers(c) && !finished_leaf(n)) return false;
+      }
+    }
+    return true;
+  }
+
+  // Refines and coarsens towards the targets as far as the rule and what is held allow, in random order.
+  void move_to(const std::vector<std::uint8_t>& targets, SeededRandom& random) {
+    std::vector<std::uint32_t> order(table_.cell_count());
+    for (std::uint32_t c = 0; c < order.size(); ++c) order[c] = c;
+    for (bool changed = true; changed;) {
+      changed = false;
+      random.shuffle(order);
+      for (const std::uint32_t c : order) {
+        if (!front(c) && !childless_in_effect(c)) continue;
+        const std::uint32_t applied = table_.applied(c);
+        if (applied > targets[c] && may_undo(c)) {
+          table_.set_applied(c, applied - 1);
+          changed = true;
+        } else if (applied < targets[c] && applied < table_.held(c) && may_apply(c)) {
+          table_.set_applied(c, applied + 1);
+          changed = true;
+        }
+      }
+    }
+    refresh();
+  }
+  void evict(const std::vector<Eviction>& evictions) {
+    for (const Eviction& e : evictions) table_.set_held(e.cell, e.keep_prefix);
+  }
+  // Sets the whole state at once, legal or not, with everything applied held.
+  void set_state(const std::vector<std::uint8_t>& applied) {
+    for (std::uint32_t c = 0; c < table_.cell_count(); ++c) {
+      table_.set_held(c, std::max<std::uint32_t>(table_.held(c), applied[c]));
+      table_.set_applied(c, applied[c]);
+    }
+    refresh();
+  }
+  // What a client tells the table after each change: bounds and neighbours of live cells.
+  void refresh() {
+    for (std::uint32_t c = 0; c < table_.cell_count(); ++c) {
+      if (!live(c)) continue;
+      if (!table_.bounds_known(c)) table_.set_bounds(c, bounds_of_box(boxes_[c]));
+      table_.set_neighbours(c, neighbours(c));
+    }
+  }
+  void reveal_everything() {
+    for (std::uint32_t c = 0; c < table_.cell_count(); ++c) {
+      table_.set_bounds(c, bounds_of_box(boxes_[c]));
+      table_.set_neighbours(c, beside_[c]);
+    }
+  }
+
+ private:
+  static glm::dvec3 place(double u, double v) {
+    const double longitude = 2.0 * std::numbers::pi * u;
+    const double latitude = std::numbers::pi * (0.02 + 0.96 * v);
+    return {std::sin(latitude) * std::cos(longitude), std::cos(latitude), std::sin(latitude) * std::sin(longitude)};
+  }
+  static CellBounds bounds_of_box(const Box& box) {
+    constexpr int kSamples = 5;
+    std::vector<glm::dvec3> points;
+    CellBounds bounds;
+    for (int i = 0; i < kSamples; ++i) {
+      for (int j = 0; j < kSamples; ++j) {
+        points.push_back(place(box.u0 + (box.u1 - box.u0) * i / (kSamples - 1.0),
+                               box.v0 + (box.v1 - box.v0) * j / (kSamples - 1.0)));
+        bounds.center += points.back() / static_cast<double>(kSamples * kSamples);
+      }
+    }
+    for (const glm::dvec3& p : points) bounds.radius = std::max(bounds.radius, 1.05 * glm::distance(p, bounds.center));
+    if (glm::length(bounds.center) < 0.1) return bounds;
+    bounds.cone_axis = glm::normalize(bounds.center);
+    bounds.cone_cosine = 1.0;
+    for (const glm::dvec3& p : points) bounds.cone_cosine = std::min(bounds.cone_cosine, glm::dot(p, bounds.cone_axis));
+    bounds.cone_cosine = std::max(-1.0, bounds.cone_cosine - 0.02);
+    return bounds;
+  }
+  static void cut(const Box& box, std::uint32_t parts, std::vector<Box>& out) {
+    if (parts <= 1) {
+      out.push_back(box);
+      return;
+    }
+    Box low = box;
+    Box high = box;
+    const double share = static_cast<double>(parts / 2) / parts;
+    if (box.u1 - box.u0 >= box.v1 - box.v0) {
+      low.u1 = high.u0 = box.u0 + (box.u1 - box.u0) * share;
+    } else {
+      low.v1 = high.v0 = box.v0 + (box.v1 - box.v0) * share;
+    }
+    cut(low, parts / 2, out);
+    cut(high, parts - parts / 2, out);
+  }
+  static bool touch(const Box& a, const Box& b) {
+    constexpr double kRoom = 1e-9;
+    return a.u0 <= b.u1 + kRoom && b.u0 <= a.u1 + kRoom && a.v0 <= b.v1 + kRoom && b.v0 <= a.v1 + kRoom;
+  }
+  // Neighbours within [begin, end), by a sweep along u.
+  void link(std::uint32_t begin, std::uint32_t end) {
+    beside_.resize(end);
+    std::vector<std::uint32_t> order;
+    double widest = 0.0;
+    for (std::uint32_t c = begin; c < end; ++c) {
+      order.push_back(c);
+      widest = std::max(widest, boxes_[c].u1 - boxes_[c].u0);
+    }
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return boxes_[a].u0 < boxes_[b].u0; });
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      for (std::size_t j = i + 1; j < order.size() && boxes_[order[j]].u0 <= boxes_[order[i]].u1 + 1e-9; ++j) {
+        if (!touch(boxes_[order[i]], boxes_[order[j]])) continue;
+        beside_[order[i]].push_back(order[j]);
+        beside_[order[j]].push_back(order[i]);
+      }
+    }
+  }
+  void fill(const CellWorldShape& shape, SeededRandom& random) {
+    std::uint32_t layer = 0;
+    for (std::uint32_t s = 0; s < table_.slab_count(); ++s) {
+      for (std::uint32_t p = 1; p <= table_.layers_of(s); ++p, ++layer) {
+        for (std::uint32_t c = table_.first_cell(s); c < table_.first_cell(s) + table_.cells_of(s); ++c) {
+          double limit = shape.base_error;
+          if (p > 1) {
+            limit = table_.errors()[table_.step_index(c, p - 1)];
+          } else if (const std::uint32_t parent = table_.parent(c); parent != CellTable::kNoCell) {
+            limit = table_.errors()[table_.step_index(parent, table_.segment_count(parent))];
+          }
+          const double error = shape.base_error * std::pow(shape.decay, layer) * (0.6 + 0.8 * random.unit());
+          const std::uint32_t size = random.one_in(20) ? 0 : 2 * (20 + random.below(200));
+          table_.set_segment(c, p - 1, {static_cast<float>(std::min(limit, error)), size, size / 2});
+        }
+      }
+    }
+    table_.set_base(100, 5000);
+  }
+  void descend(std::uint32_t cell, const Box& box, std::vector<std::uint32_t>& out) const {
+    if (!touch(boxes_[cell], box)) return;
+    if (front(cell)) {
+      out.push_back(cell);
+      return;
+    }
+    for (std::uint32_t i = 0; i < table_.child_count(cell); ++i) descend(table_.first_child(cell) + i, box, out);
+  }
+  bool finished_leaf(std::uint32_t cell) const { return complete(cell) && table_.child_count(cell) == 0; }
+  // Complete, with children of which none has anything applied.
+  bool childless_in_effect(std::uint32_t cell) const {
+    if (!live(cell)) return false;
+    for (std::uint32_t i = 0; i < table_.child_count(cell); ++i) {
+      if (table_.applied(table_.first_child(cell) + i) != 0) return false;
+    }
+    return true;
+  }
+  bool may_apply(std::uint32_t cell) const {
+    if (complete(cell)) return false;
+    for (const std::uint32_t n : neighbours(cell)) {
+      if (layers(n) < layers(cell) && !finished_leaf(n)) return false;
+    }
+    return true;
+  }
+  bool may_undo(std::uint32_t cell) const {
+    for (const std::uint32_t n : neighbours(cell)) {
+      if (layers(n) > layers(cell)) return false;
+    }
+    return true;
+  }
+
+  CellTable table_;
+  std::vector<Box> boxes_;
+  std::vector<std::vector<std::uint32_t>> beside_;
+};
+
+// Somewhere around the globe, inside or far away at times.
+inline View random_view(SeededRandom& random) {
+  const auto direction = [&] {
+    const double z = 2.0 * random.unit() - 1.0;
+    const double angle = 2.0 * std::numbers::pi * random.unit();
+    const double r = std::sqrt(1.0 - z * z);
+    return glm::dvec3(r * std::cos(angle), r * std::sin(angle), z);
+  };
+  View view;
+  const double distance = random.one_in(8) ? random.unit() : 1.05 + 6.0 * random.unit() * random.unit();
+  view.camera.eye = direction() * distance;
+  view.camera.target = view.camera.eye - glm::normalize(view.camera.eye) + 0.6 * random.unit() * direction();
+  view.camera.up = direction();
+  view.camera.fov_deg = 10.0 + 90.0 * random.unit();
+  view.width_px = 200 + random.below(1800);
+  view.height_px = 200 + random.below(1000);
+  return check_view(view) ? view : random_view(random);
+}
+
+}  // namespace fanstream::testing
