@@ -66,6 +66,14 @@ double ProjectedError::px(double error) const {
   return scale_px * error / distance;
 }
 
+void narrow(CellJudgement& part, const CellJudgement& whole) {
+  part.error.scale_px = std::min(part.error.scale_px, whole.error.scale_px);
+  part.error.depth = std::max(part.error.depth, whole.error.depth);
+  part.error.slant = std::max(part.error.slant, whole.error.slant);
+  part.in_frustum = part.in_frustum && whole.in_frustum;
+  if (whole.facing == Facing::front || whole.facing == Facing::back) part.facing = whole.facing;
+}
+
 // A cell's sphere as seen from the eye.
 struct ViewJudge::EyeSphere {
   glm::dvec3 offset{0.0};  // from the eye to the centre

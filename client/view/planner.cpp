@@ -139,14 +139,16 @@ void Planner::State::judge_cells(const ViewJudge& judge, bool all) {
   std::uint64_t known = 0;
   for (std::uint32_t c = 0; c < count; ++c) {
     const std::uint32_t parent = table.parent(c);
+    const bool parent_fresh = parent != CellTable::kNoCell && fresh[parent] != 0;
     if (table.bounds_known(c)) {
       ++known;
-      if (!all && table.bounds_epoch(c) <= judged_epoch) continue;
+      if (!all && !parent_fresh && table.bounds_epoch(c) <= judged_epoch) continue;
       judgements[c] = judge.judge(table.bounds(c), table.errors()[table.step_index(c, 1)]);
+      if (parent != CellTable::kNoCell) narrow(judgements[c], judgements[parent]);
       fresh[c] = 1;
     } else if (parent == CellTable::kNoCell) {
       judgements[c] = judge.anywhere();
-    } else if (all || fresh[parent] != 0) {
+    } else if (all || parent_fresh) {
       judgements[c] = judgements[parent];
       judgements[c].weight = judgements[c].weight_within;
       judgements[c].area_px /= table.child_count(parent);

@@ -35,17 +35,25 @@ class CellWorld {
   CellWorld(const CellWorldShape& shape, SeededRandom& random) {
     std::vector<SlabShape> slabs;
     std::vector<std::uint32_t> child_counts;
+    std::vector<std::uint32_t> leaves;
     cut({}, shape.roots, boxes_);
     std::uint32_t begin = 0;
     for (std::uint32_t s = 0; s < shape.slabs; ++s) {
       const auto end = static_cast<std::uint32_t>(boxes_.size());
       slabs.push_back({end - begin, shape.fixed_layers ? shape.most_layers : 1 + random.below(shape.most_layers)});
       link(begin, end);
+      // What has no children ends there, beside cells of all finer slabs.
+      for (std::uint32_t c = begin; c < end; ++c) {
+        for (const std::uint32_t leaf : leaves) {
+          if (touch(boxes_[leaf], boxes_[c])) beside_[c].push_back(leaf);
+        }
+      }
       if (s + 1 < shape.slabs) {
         for (std::uint32_t c = begin; c < end; ++c) {
           const auto children = static_cast<std::uint32_t>(
               random.between(static_cast<int>(shape.least_children), static_cast<int>(shape.most_children)));
           child_counts.push_back(children);
+          if (children == 0) leaves.push_back(c);
           cut(Box(boxes_[c]), children, boxes_);
         }
       }
@@ -60,8 +68,6 @@ class CellWorld {
 
   CellTable& table() { return table_; }
   const CellTable& table() const { return table_; }
-  const std::vector<std::uint32_t>& beside(std::uint32_t cell) const { return beside_[cell]; }  // of the same slab
-
   bool live(std::uint32_t cell) const {
     const std::uint32_t parent = table_.parent(cell);
     return parent == CellTable::kNoCell || (complete(parent) && live(parent));
@@ -172,7 +178,7 @@ class CellWorld {
   }
   static void cut(const Box& box, std::uint32_t parts, std::vector<Box>& out) {
     if (parts <= 1) {
-      out.push_back(box);
+      if (parts == 1) out.push_back(box);
       return;
     }
     Box low = box;
