@@ -122,8 +122,8 @@ struct CellJudgement {
   bool can_be_seen() const { return in_frustum && facing != Facing::back; }
 };
 
-// What holds for a whole holds for its parts: tightens the part's judgement (not its weights) by that of a piece that it lies in.
-// So refining never makes the stated error rise.
+// What holds for a whole holds for its parts: tightens the part's judgement (not its weights) by that of a piece that
+// it lies in. So refining never makes the stated error rise.
 void narrow(CellJudgement& part, const CellJudgement& whole);
 
 // A view and criteria prepared for many cells. Both must have passed their checks.
