@@ -219,14 +219,4 @@ std::uint32_t CellTable::held(std::uint32_t cell) const {
   return p;
 }
 
-std::span<const std::uint32_t> CellTable::peers(std::uint32_t cell) const {
-  const Links& links = links_[cell];
-  return {pool_.data() + links.begin + links.foundation_count, links.peer_count};
-}
-
-std::span<const std::uint32_t> CellTable::foundations(std::uint32_t cell) const {
-  const Links& links = links_[cell];
-  return {pool_.data() + links.begin, links.foundation_count};
-}
-
 }  // namespace fanstream

@@ -100,8 +100,13 @@ class CellTable {
 
   // What the known neighbours mean: the cells of the same slab beside a cell, and the cells of coarser slabs that must
   // be complete before step 1, its parent first (none in slab 0).
-  std::span<const std::uint32_t> peers(std::uint32_t cell) const;
-  std::span<const std::uint32_t> foundations(std::uint32_t cell) const;
+  std::span<const std::uint32_t> peers(std::uint32_t cell) const {
+    const Links& links = links_[cell];
+    return {pool_.data() + links.begin + links.foundation_count, links.peer_count};
+  }
+  std::span<const std::uint32_t> foundations(std::uint32_t cell) const {
+    return {pool_.data() + links_[cell].begin, links_[cell].foundation_count};
+  }
   // Calls f(cell, p) for each step that step p of `cell` needs directly and that is not implied by others of them.
   template <class F>
   void for_each_dependency(std::uint32_t cell, std::uint32_t p, const F& f) const {

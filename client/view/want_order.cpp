@@ -22,13 +22,6 @@ std::uint32_t key_of(float threshold, float utility, float log2_anchor, float ba
 
 }  // namespace
 
-template <class F>
-void WantOrder::for_each_missing_need(const WantInput& input, const Step& step, const F& f) {
-  input.table.for_each_dependency(step.cell, step.p, [&](std::uint32_t cell, std::uint32_t p) {
-    if (p > input.held[cell] && p <= input.targets[cell]) f(steps_[slots_[input.table.step_index(cell, p)]]);
-  });
-}
-
 void WantOrder::collect(const WantInput& input, const PlanOptions& options) {
   const CellTable& table = input.table;
   // Layers of the asset, counted first: a counting sort.
@@ -57,7 +50,7 @@ void WantOrder::collect(const WantInput& input, const PlanOptions& options) {
       const double gain_px = judgement.error.px(table.errors()[index]) - judgement.error.px(table.error_at(c, p));
       Step& step = steps_[slot];
       slots_[index] = slot;
-      step = {c, p, input.thresholds[index], 0.0F, 0.0, 0.0, 0};
+      step = {c, p, input.thresholds[index], 0.0F, 0.0, 0.0, 0, 0};
       if (input.live[c] == 0) step.threshold *= static_cast<float>(speculation);
       step.cost = table.sizes_bytes()[index];
       step.worth = std::max(0.0, weight * gain_px * judgement.area_px);
@@ -65,24 +58,40 @@ void WantOrder::collect(const WantInput& input, const PlanOptions& options) {
   }
 }
 
-void WantOrder::share_costs(const WantInput& input) {
-  for (const Step& step : steps_) for_each_missing_need(input, step, [](Step& need) { ++need.dependents; });
+void WantOrder::find_needs(const WantInput& input) {
+  needs_.clear();
   for (Step& step : steps_) {
-    for_each_missing_need(input, step, [&](const Step& need) {
+    input.table.for_each_dependency(step.cell, step.p, [&](std::uint32_t cell, std::uint32_t p) {
+      if (p <= input.held[cell] || p > input.targets[cell]) return;
+      const std::uint32_t slot = slots_[input.table.step_index(cell, p)];
+      needs_.push_back(slot);
+      ++steps_[slot].dependents;
+    });
+    step.needs_end = static_cast<std::uint32_t>(needs_.size());
+  }
+}
+
+void WantOrder::share_costs() {
+  std::uint32_t i = 0;
+  for (Step& step : steps_) {
+    for (; i < step.needs_end; ++i) {
+      const Step& need = steps_[needs_[i]];
       step.cost += need.cost / need.dependents;
       step.worth += need.worth / need.dependents;
-    });
+    }
     step.utility = static_cast<float>(std::min(1e30, step.worth / std::max(1.0, step.cost)));
   }
 }
 
-void WantOrder::raise_needs(const WantInput& input) {
-  for (std::size_t i = steps_.size(); i-- > 0;) {
-    const Step& step = steps_[i];
-    for_each_missing_need(input, step, [&](Step& need) {
+void WantOrder::raise_needs() {
+  std::size_t i = needs_.size();
+  for (std::size_t s = steps_.size(); s-- > 0;) {
+    const Step& step = steps_[s];
+    for (const std::size_t begin = s == 0 ? 0 : steps_[s - 1].needs_end; i > begin; --i) {
+      Step& need = steps_[needs_[i - 1]];
       need.utility = std::max(need.utility, step.utility);
       need.threshold = std::max(need.threshold, step.threshold);
-    });
+    }
   }
 }
 
@@ -113,8 +122,9 @@ void WantOrder::sort(const PlanOptions& options) {
 void WantOrder::order(const WantInput& input, const PlanOptions& options, std::vector<Want>& wants) {
   wants.clear();
   collect(input, options);
-  share_costs(input);
-  raise_needs(input);
+  find_needs(input);
+  share_costs();
+  raise_needs();
   sort(options);
   for (const std::uint32_t i : sorted_) {
     if (wants.size() == options.max_wants) break;

@@ -45,16 +45,16 @@ class WantOrder {
     double cost = 0.0;
     double worth = 0.0;
     std::uint32_t dependents = 0;
+    std::uint32_t needs_end = 0;  // in needs_
   };
   void collect(const WantInput& input, const PlanOptions& options);
-  void share_costs(const WantInput& input);
-  void raise_needs(const WantInput& input);
+  void find_needs(const WantInput& input);
+  void share_costs();
+  void raise_needs();
   void sort(const PlanOptions& options);
-  template <class F>
-  void for_each_missing_need(const WantInput& input, const Step& step, const F& f);
-
   std::vector<Step> steps_;           // coarse to fine
   std::vector<std::uint32_t> slots_;  // by step of the table: its place in steps_, where it is missing
+  std::vector<std::uint32_t> needs_;  // slots of the missing steps that each step needs directly, step by step
   std::vector<std::uint32_t> layer_begins_;
   std::vector<std::uint32_t> keys_;
   std::vector<std::uint32_t> sorted_;
