@@ -76,10 +76,13 @@ void WantOrder::share_costs() {
   for (Step& step : steps_) {
     for (; i < step.needs_end; ++i) {
       const Step& need = steps_[needs_[i]];
-      step.cost += need.cost / need.dependents;
-      step.worth += need.worth / need.dependents;
+      step.cost += need.cost;
+      step.worth += need.worth;
     }
     step.utility = static_cast<float>(std::min(1e30, step.worth / std::max(1.0, step.cost)));
+    const double share = 1.0 / std::max(1U, step.dependents);
+    step.cost *= share;
+    step.worth *= share;
   }
 }
 

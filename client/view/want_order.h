@@ -42,8 +42,8 @@ class WantOrder {
     std::uint32_t p = 0;
     float threshold = 0.0F;  // speculative ones as much lower as options say
     float utility = 0.0F;
-    double cost = 0.0;
-    double worth = 0.0;
+    double cost = 0.0;   // at last the share of each that needs it
+    double worth = 0.0;  // likewise
     std::uint32_t dependents = 0;
     std::uint32_t needs_end = 0;  // in needs_
   };
