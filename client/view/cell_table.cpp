@@ -32,8 +32,8 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
                   fmt::format("cell table: slab {} with {} cells and {} layers is beyond the limits",
                               table.slabs_.size(), slab.cell_count, slab.layer_count));
     }
-    table.slabs_.push_back(
-        {static_cast<std::uint32_t>(cells), slab.cell_count, slab.layer_count, static_cast<std::uint32_t>(steps)});
+    table.slabs_.push_back({static_cast<std::uint32_t>(cells), slab.cell_count, slab.layer_count,
+                            static_cast<std::uint32_t>(steps), std::vector<std::uint8_t>(slab.layer_count, 1)});
     cells += slab.cell_count;
     layers += slab.layer_count;
     steps += static_cast<std::uint64_t>(slab.cell_count) * slab.layer_count;
@@ -68,9 +68,10 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
   table.sizes_bytes_.resize(steps);
   table.triangles_.resize(steps);
   table.applied_.resize(cells);
+  table.begun_.resize(cells);
   table.held_.resize(cells);
-  table.bounds_.resize(cells);
-  table.bounds_epoch_.resize(cells);
+  table.extents_.resize(cells);
+  table.extent_epoch_.resize(cells);
   table.links_.resize(cells);
   table.epoch_ = 1;
   // What holds whatever the neighbours: the parent comes first.
@@ -87,11 +88,11 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
 void CellTable::set_segment(std::uint32_t cell, std::uint32_t segment, const CellSegment& values) {
   assert(cell < cell_count() && segment < segment_count(cell));
   const std::uint32_t step = step_index(cell, segment + 1);
-  const bool is_applied = segment < applied_[cell];
+  const bool is_begun = segment < begun_[cell];
   const bool is_held = segment < held_[cell];
-  if (is_applied) {
-    applied_triangles_ += std::uint64_t{values.triangles} - triangles_[step];
-    applied_bytes_ += std::uint64_t{values.size_bytes} - sizes_bytes_[step];
+  if (is_begun) {
+    begun_triangles_ += std::uint64_t{values.triangles} - triangles_[step];
+    begun_bytes_ += std::uint64_t{values.size_bytes} - sizes_bytes_[step];
   }
   if (is_held) held_bytes_ += std::uint64_t{values.size_bytes} - sizes_bytes_[step];
   errors_[step] = values.error;
@@ -121,18 +122,26 @@ Result<void> CellTable::check_errors() const {
   return {};
 }
 
-void CellTable::set_applied(std::uint32_t cell, std::uint32_t prefix) {
-  assert(cell < cell_count() && prefix <= segment_count(cell));
-  if (applied_[cell] == prefix) return;
-  for (std::uint32_t p = applied_[cell]; p < prefix; ++p) {
-    applied_triangles_ += triangles_[step_index(cell, p + 1)];
-    applied_bytes_ += sizes_bytes_[step_index(cell, p + 1)];
+void CellTable::set_layer_generations(std::uint32_t slab, std::uint32_t layer, std::uint32_t generations) {
+  assert(slab < slab_count() && layer < layers_of(slab) && generations >= 1 && generations <= 255);
+  slabs_[slab].generations[layer] = static_cast<std::uint8_t>(generations);
+  joins_generations_ = joins_generations_ || generations > 1;
+  ++epoch_;
+}
+
+void CellTable::set_applied(std::uint32_t cell, std::uint32_t prefix, std::uint32_t begun) {
+  assert(cell < cell_count() && prefix <= begun && begun <= prefix + 1 && begun <= segment_count(cell));
+  if (applied_[cell] == prefix && begun_[cell] == begun) return;
+  for (std::uint32_t p = begun_[cell] + 1U; p <= begun; ++p) {
+    begun_triangles_ += triangles_[step_index(cell, p)];
+    begun_bytes_ += sizes_bytes_[step_index(cell, p)];
   }
-  for (std::uint32_t p = prefix; p < applied_[cell]; ++p) {
-    applied_triangles_ -= triangles_[step_index(cell, p + 1)];
-    applied_bytes_ -= sizes_bytes_[step_index(cell, p + 1)];
+  for (std::uint32_t p = begun + 1; p <= begun_[cell]; ++p) {
+    begun_triangles_ -= triangles_[step_index(cell, p)];
+    begun_bytes_ -= sizes_bytes_[step_index(cell, p)];
   }
   applied_[cell] = static_cast<std::uint8_t>(prefix);
+  begun_[cell] = static_cast<std::uint8_t>(begun);
   ++epoch_;
 }
 
@@ -145,10 +154,10 @@ void CellTable::set_held(std::uint32_t cell, std::uint32_t prefix) {
   ++epoch_;
 }
 
-void CellTable::set_bounds(std::uint32_t cell, const CellBounds& bounds) {
+void CellTable::set_extent(std::uint32_t cell, const CellExtent& extent) {
   assert(cell < cell_count());
-  bounds_[cell] = bounds;
-  bounds_epoch_[cell] = ++epoch_;
+  extents_[cell] = extent;
+  extent_epoch_[cell] = ++epoch_;
 }
 
 void CellTable::set_neighbours(std::uint32_t cell, std::span<const std::uint32_t> cells) {

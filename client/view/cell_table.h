@@ -28,13 +28,14 @@ struct CellSegment {
 // of one cell: step p (1 .. layer_count) of a cell takes it from prefix p-1 to p. Steps are stored by layer, then by
 // cell: step_index(cell, p). So every step lies behind all it depends on.
 //
-// **The rule of dependencies.** A cell may take up layer l of the asset when all cells beside it have every layer
-// before l; a complete cell without children has all layers. So step p of a cell of slab s needs
-//   p = 1:  its parent complete, and beside it only cells of slab s (whose parents therefore are complete), complete
-//   cells of
-//           coarser slabs without children, or finer ones;
+// **The rule of dependencies** is the implicit rule of ../../common/refine/progressive_mesh.h: a cell may take up a
+// generation when all cells beside it have every generation before it; a complete cell without children has all. So
+// step p of a cell of slab s needs
+//   p = 1:  its parent complete, and beside it no cells of coarser slabs but complete ones without children;
 //   p > 1:  step p-1 of the cell itself and of the cells of slab s beside it.
-// That is the implicit rule of ../../common/refine/progressive_mesh.h, by layers in place of generations.
+// A layer of k > 1 generations needs more: for the last of them the cells beside must have k-1 generations of the same
+// layer, those beside them k-2, and so on. Such cells are *begun* with that segment: they hold it and have some of its
+// generations.
 //
 // Not thread safe. Setters assert that cell numbers and prefixes exist.
 class CellTable {
@@ -46,16 +47,20 @@ class CellTable {
 
   void set_segment(std::uint32_t cell, std::uint32_t segment, const CellSegment& values);
   void set_base(std::uint64_t triangles, std::uint64_t memory_bytes);  // FM0; the bytes besides those of its triangles
+  // How many generations a layer (from 0) of a slab joins; 1 unless set. At least 1.
+  void set_layer_generations(std::uint32_t slab, std::uint32_t layer, std::uint32_t generations);
   // Once all segments are set: fails (bad_input), naming the cell, where a bound is not finite or is negative, or rises
   // along the segments of a cell or from a cell to a child.
   Result<void> check_errors() const;
 
-  // The state. `applied`: segments in the mesh; `held`: segments received and not evicted, at least those applied.
-  void set_applied(std::uint32_t cell, std::uint32_t prefix);
+  // The state. `applied`: segments of which all generations are in the mesh; `begun`: of which the first one is, as
+  // many or one more; `held`: segments received and not evicted, at least those begun.
+  void set_applied(std::uint32_t cell, std::uint32_t prefix) { set_applied(cell, prefix, prefix); }
+  void set_applied(std::uint32_t cell, std::uint32_t prefix, std::uint32_t begun);
   void set_held(std::uint32_t cell, std::uint32_t prefix);
   // Of the cell's part of the original. Keep what was once set: it never changes. A cell without bounds counts as lying
   // anywhere in its parent's; one of slab 0 without as being everywhere.
-  void set_bounds(std::uint32_t cell, const CellBounds& bounds);
+  void set_extent(std::uint32_t cell, const CellExtent& extent);
   // The cells beside a live cell, of any slab, in any order. An empty list says nothing and changes nothing: lists of
   // cells that are no longer live, complete ones too, stay known. The relation should be symmetric.
   void set_neighbours(std::uint32_t cell, std::span<const std::uint32_t> cells);
@@ -71,6 +76,10 @@ class CellTable {
   std::uint32_t first_cell(std::uint32_t slab) const { return slabs_[slab].first_cell; }
   std::uint32_t cells_of(std::uint32_t slab) const { return slabs_[slab].cell_count; }
   std::uint32_t layers_of(std::uint32_t slab) const { return slabs_[slab].layer_count; }
+  std::uint32_t layer_generations(std::uint32_t slab, std::uint32_t layer) const {
+    return slabs_[slab].generations[layer];
+  }
+  bool joins_generations() const { return joins_generations_; }  // whether any layer has more than one
   // Of step 1 of the slab's first cell; the steps of one layer are cells_of(slab) apart from the next layer's.
   std::uint32_t first_step(std::uint32_t slab) const { return slabs_[slab].first_step; }
   std::uint32_t step_index(std::uint32_t cell, std::uint32_t p) const {
@@ -85,17 +94,18 @@ class CellTable {
   std::uint64_t base_triangles() const { return base_triangles_; }
   std::uint64_t base_memory_bytes() const { return base_memory_bytes_; }
 
-  // Sums over all cells: triangles and bytes of what is applied, bytes of what is held.
-  std::uint64_t applied_triangles() const { return applied_triangles_; }
-  std::uint64_t applied_bytes() const { return applied_bytes_; }
+  // Sums over all cells: triangles and bytes of the segments begun, bytes of those held.
+  std::uint64_t begun_triangles() const { return begun_triangles_; }
+  std::uint64_t begun_bytes() const { return begun_bytes_; }
   std::uint64_t held_bytes() const { return held_bytes_; }
 
   std::uint32_t applied(std::uint32_t cell) const { return applied_[cell]; }
+  std::uint32_t begun(std::uint32_t cell) const { return begun_[cell]; }
   // What is held, with empty segments that follow: they need not be sent.
   std::uint32_t held(std::uint32_t cell) const;
-  bool bounds_known(std::uint32_t cell) const { return bounds_epoch_[cell] != 0; }
-  const CellBounds& bounds(std::uint32_t cell) const { return bounds_[cell]; }
-  std::uint64_t bounds_epoch(std::uint32_t cell) const { return bounds_epoch_[cell]; }  // of the last change
+  bool extent_known(std::uint32_t cell) const { return extent_epoch_[cell] != 0; }
+  const CellExtent& extent(std::uint32_t cell) const { return extents_[cell]; }
+  std::uint64_t extent_epoch(std::uint32_t cell) const { return extent_epoch_[cell]; }  // of the last change
   std::uint64_t epoch() const { return epoch_; }  // rises with every change of the state
 
   // What the known neighbours mean: the cells of the same slab beside a cell, and the cells of coarser slabs that must
@@ -107,7 +117,7 @@ class CellTable {
   std::span<const std::uint32_t> foundations(std::uint32_t cell) const {
     return {pool_.data() + links_[cell].begin, links_[cell].foundation_count};
   }
-  // Calls f(cell, p) for each step that step p of `cell` needs directly and that is not implied by others of them.
+  // Calls f(cell, p) for each step of the layer before that step p of `cell` needs, but for those implied by others.
   template <class F>
   void for_each_dependency(std::uint32_t cell, std::uint32_t p, const F& f) const {
     if (p == 1) {
@@ -126,6 +136,7 @@ class CellTable {
     std::uint32_t cell_count = 0;
     std::uint32_t layer_count = 0;
     std::uint32_t first_step = 0;
+    std::vector<std::uint8_t> generations;  // by layer
   };
   // Foundations, then peers, in pool_.
   struct Links {
@@ -146,14 +157,16 @@ class CellTable {
   std::vector<std::uint32_t> triangles_;
   std::uint64_t base_triangles_ = 0;
   std::uint64_t base_memory_bytes_ = 0;
+  bool joins_generations_ = false;
 
   std::vector<std::uint8_t> applied_;
+  std::vector<std::uint8_t> begun_;
   std::vector<std::uint8_t> held_;
-  std::uint64_t applied_triangles_ = 0;
-  std::uint64_t applied_bytes_ = 0;
+  std::uint64_t begun_triangles_ = 0;
+  std::uint64_t begun_bytes_ = 0;
   std::uint64_t held_bytes_ = 0;
-  std::vector<CellBounds> bounds_;
-  std::vector<std::uint64_t> bounds_epoch_;
+  std::vector<CellExtent> extents_;
+  std::vector<std::uint64_t> extent_epoch_;
   std::uint64_t epoch_ = 0;
   std::vector<Links> links_;
   std::vector<std::uint32_t> pool_;

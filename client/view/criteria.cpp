@@ -101,16 +101,16 @@ ViewJudge::ViewJudge(const View& view, const Criteria& criteria) : criteria_(cri
   if (criteria_.focus_direction) focus_direction_ = glm::normalize(criteria_.focus_direction->direction);
 }
 
-CellJudgement ViewJudge::judge(const CellBounds& bounds, double largest_error) const {
+CellJudgement ViewJudge::judge(const CellExtent& extent, double largest_error) const {
   EyeSphere s;
-  s.offset = bounds.center - eye_;
+  s.offset = extent.center - eye_;
   s.x = glm::dot(s.offset, right_);
   s.y = glm::dot(s.offset, up_);
   s.depth = glm::dot(s.offset, forward_);
   s.distance_square = glm::dot(s.offset, s.offset);
   s.distance = std::sqrt(s.distance_square);
-  s.radius = bounds.radius;
-  s.drawn_radius = bounds.radius + largest_error;
+  s.radius = extent.radius;
+  s.drawn_radius = extent.radius + largest_error;
 
   CellJudgement result;
   const double room_square = s.distance_square - s.drawn_radius * s.drawn_radius;
@@ -123,8 +123,8 @@ CellJudgement ViewJudge::judge(const CellBounds& bounds, double largest_error) c
   const double size_px = focal_px_ * s.radius / std::max(near_, s.distance);
   result.area_px = std::min(picture_area_px_, std::numbers::pi * size_px * size_px);
   const double frustum = frustum_weight(s, result);
-  facing_weights(s, bounds, result);
-  const double common = frustum * focus_weight(bounds);
+  facing_weights(s, extent, result);
+  const double common = frustum * focus_weight(extent);
   result.weight *= common;
   result.weight_within *= common;
   return result;
@@ -146,16 +146,16 @@ double ViewJudge::frustum_weight(const EyeSphere& s, CellJudgement& result) cons
   return fade(gap, criteria_.frustum_falloff * s.distance, 1.0, criteria_.offscreen_weight);
 }
 
-void ViewJudge::facing_weights(const EyeSphere& s, const CellBounds& bounds, CellJudgement& result) const {
-  if (!(bounds.cone_cosine > -1.0)) return;
+void ViewJudge::facing_weights(const EyeSphere& s, const CellExtent& extent, CellJudgement& result) const {
+  if (!(extent.cone_cosine > -1.0)) return;
   result.facing = Facing::mixed;
   double margin = -1.0;
   // Cones of 90 degrees and more hold normals of both kinds, whatever the sphere.
-  if (bounds.cone_cosine > 0.0 && s.distance > s.radius) {
-    const double along = glm::dot(bounds.cone_axis, s.offset);
+  if (extent.cone_cosine > 0.0 && s.distance > s.radius) {
+    const double along = glm::dot(extent.cone_axis, s.offset);
     const double across = std::sqrt(std::max(0.0, s.distance_square - along * along));
-    const double sine = std::sqrt(std::max(0.0, 1.0 - bounds.cone_cosine * bounds.cone_cosine));
-    margin = std::abs(along) * bounds.cone_cosine - across * sine - s.radius;
+    const double sine = std::sqrt(std::max(0.0, 1.0 - extent.cone_cosine * extent.cone_cosine));
+    margin = std::abs(along) * extent.cone_cosine - across * sine - s.radius;
     if (margin > 0.0) result.facing = along > 0.0 ? Facing::back : Facing::front;
   }
   if (!criteria_.use_facing) return;
@@ -165,15 +165,15 @@ void ViewJudge::facing_weights(const EyeSphere& s, const CellBounds& bounds, Cel
   result.weight_within = fade(margin, falloff, std::min(1.0, criteria_.silhouette_weight), side);
 }
 
-double ViewJudge::focus_weight(const CellBounds& bounds) const {
+double ViewJudge::focus_weight(const CellExtent& extent) const {
   double weight = 1.0;
   if (const auto& focus = criteria_.focus_point) {
-    const double gap = glm::length(bounds.center - focus->position) - bounds.radius - focus->radius;
+    const double gap = glm::length(extent.center - focus->position) - extent.radius - focus->radius;
     weight *= fade(gap, focus->falloff > 0.0 ? focus->falloff : focus->radius, 1.0, focus->outside_weight);
   }
-  if (const auto& focus = criteria_.focus_direction; focus && bounds.cone_cosine > -1.0) {
-    const double angle = std::acos(std::clamp(glm::dot(bounds.cone_axis, focus_direction_), -1.0, 1.0)) -
-                         std::acos(std::min(1.0, bounds.cone_cosine));
+  if (const auto& focus = criteria_.focus_direction; focus && extent.cone_cosine > -1.0) {
+    const double angle = std::acos(std::clamp(glm::dot(extent.cone_axis, focus_direction_), -1.0, 1.0)) -
+                         std::acos(std::min(1.0, extent.cone_cosine));
     weight *= fade(angle / kDegrees - focus->angle_deg, focus->falloff_deg, 1.0, focus->outside_weight);
   }
   return weight;

@@ -93,7 +93,7 @@ Result<void> check_view(const View& view);
 Result<void> check_criteria(const Criteria& criteria);
 
 // A sphere around a piece of the original surface, and the cone that holds its normals.
-struct CellBounds {
+struct CellExtent {
   glm::dvec3 center{0.0};
   double radius = 0.0;
   glm::dvec3 cone_axis{0.0, 0.0, 1.0};  // of length 1
@@ -131,15 +131,15 @@ class ViewJudge {
  public:
   ViewJudge(const View& view, const Criteria& criteria);
   // `largest_error` is the largest bound that will be asked for: the projected error is valid up to it.
-  CellJudgement judge(const CellBounds& bounds, double largest_error) const;
+  CellJudgement judge(const CellExtent& extent, double largest_error) const;
   // Of a piece that may be anywhere: as near as can be, and in the picture.
   CellJudgement anywhere() const;
 
  private:
   struct EyeSphere;
   double frustum_weight(const EyeSphere& sphere, CellJudgement& result) const;
-  void facing_weights(const EyeSphere& sphere, const CellBounds& bounds, CellJudgement& result) const;
-  double focus_weight(const CellBounds& bounds) const;
+  void facing_weights(const EyeSphere& sphere, const CellExtent& extent, CellJudgement& result) const;
+  double focus_weight(const CellExtent& extent) const;
 
   Criteria criteria_;
   glm::dvec3 eye_{0.0};

@@ -47,6 +47,8 @@ struct Planner::State {
   void set_scales(const ViewJudge& judge, const PlanOptions& options);
   void choose_targets(const PlanOptions& options);
   void read_targets(const PlanOptions& options);
+  void count_targets(const PlanOptions& options, std::span<const float> levels, bool whole,
+                     std::vector<std::uint8_t>& counts);
   void measure_targets();
   void cut_to_budget(const PlanOptions& options, bool memory, std::uint64_t room);
   std::uint64_t step_memory(const PlanOptions& options, std::uint32_t step) const;
@@ -65,7 +67,7 @@ struct Planner::State {
   PlanOptions last_options;
   std::uint64_t table_epoch = 0;
   std::uint64_t judged_epoch = 0;
-  std::uint64_t known_bounds = 0;
+  std::uint64_t known_extents = 0;
   float cut = 0.0F;  // the budgets' threshold: what has a lower or equal level is given up
   bool cut_by_memory = false;
 
@@ -74,10 +76,12 @@ struct Planner::State {
   std::vector<std::uint8_t> live;
   std::vector<std::uint8_t> planned_live;
   std::vector<std::uint8_t> held;
+  std::vector<std::uint8_t> whole_targets;  // the prefixes of which all generations will be in the mesh
   std::vector<std::uint8_t> kept;
   std::vector<std::uint8_t> kept_in_budget;
   CellScales scales;
-  std::vector<float> thresholds;
+  StepThresholds thresholds;
+  ThresholdPass threshold_pass;
   std::uint64_t needed_bytes = 0;  // of the targets' segments
   BudgetCut budget_cut;
   WantOrder want_order;
@@ -113,7 +117,7 @@ const Plan& Planner::plan(const View& view, const PlanOptions& options) {
   s.choose_evictions(options);
   s.plan.settled = s.plan.missing_segments == 0 && s.plan.evictions.empty();
   for (std::uint32_t c = 0; s.plan.settled && c < s.table.cell_count(); ++c)
-    s.plan.settled = s.plan.targets[c] == s.table.applied(c);
+    s.plan.settled = s.plan.targets[c] == s.table.begun(c) && s.whole_targets[c] <= s.table.applied(c);
   return s.plan;
 }
 
@@ -121,12 +125,12 @@ const Plan& Planner::plan(const View& view, const PlanOptions& options) {
 void Planner::State::hold(const PlanOptions& options, std::string reason) {
   plan = {};
   plan.targets.resize(table.cell_count());
-  for (std::uint32_t c = 0; c < table.cell_count(); ++c) plan.targets[c] = static_cast<std::uint8_t>(table.applied(c));
+  for (std::uint32_t c = 0; c < table.cell_count(); ++c) plan.targets[c] = static_cast<std::uint8_t>(table.begun(c));
   plan.limitation = Limitation::bad_view;
   plan.reason = std::move(reason);
   plan.effective_tolerance_px = plan.stated_error_px = plan.planned_error_px = kInfinite;
   plan.hidden_error_px = plan.planned_hidden_error_px = kInfinite;
-  plan.triangles = plan.planned_triangles = table.base_triangles() + table.applied_triangles();
+  plan.triangles = plan.planned_triangles = table.base_triangles() + table.begun_triangles();
   PlanOptions sizes;
   if (check_options(options)) sizes = options;
   plan.memory_bytes = plan.planned_memory_bytes = mesh_memory(sizes, plan.triangles) + table.held_bytes();
@@ -140,10 +144,10 @@ void Planner::State::judge_cells(const ViewJudge& judge, bool all) {
   for (std::uint32_t c = 0; c < count; ++c) {
     const std::uint32_t parent = table.parent(c);
     const bool parent_fresh = parent != CellTable::kNoCell && fresh[parent] != 0;
-    if (table.bounds_known(c)) {
+    if (table.extent_known(c)) {
       ++known;
-      if (!all && !parent_fresh && table.bounds_epoch(c) <= judged_epoch) continue;
-      judgements[c] = judge.judge(table.bounds(c), table.errors()[table.step_index(c, 1)]);
+      if (!all && !parent_fresh && table.extent_epoch(c) <= judged_epoch) continue;
+      judgements[c] = judge.judge(table.extent(c), table.errors()[table.step_index(c, 1)]);
       if (parent != CellTable::kNoCell) narrow(judgements[c], judgements[parent]);
       fresh[c] = 1;
     } else if (parent == CellTable::kNoCell) {
@@ -155,8 +159,8 @@ void Planner::State::judge_cells(const ViewJudge& judge, bool all) {
       fresh[c] = 1;
     }
   }
-  if (known != known_bounds) cut = 0.0F;
-  known_bounds = known;
+  if (known != known_extents) cut = 0.0F;
+  known_extents = known;
   judged_epoch = table.epoch();
 }
 
@@ -168,7 +172,7 @@ void Planner::State::find_live() {
     const std::uint32_t parent = table.parent(c);
     live[c] =
         parent == CellTable::kNoCell || (live[parent] != 0 && table.applied(parent) == table.segment_count(parent));
-    held[c] = static_cast<std::uint8_t>(std::max(table.held(c), table.applied(c)));
+    held[c] = static_cast<std::uint8_t>(std::max(table.held(c), table.begun(c)));
   }
 }
 
@@ -184,7 +188,7 @@ void Planner::State::set_scales(const ViewJudge& judge, const PlanOptions& optio
 void Planner::State::choose_targets(const PlanOptions& options) {
   plan.limitation = Limitation::none;
   plan.reason.clear();
-  compute_step_thresholds(table, scales, to_float(options.tolerance_px * options.coarsen_ratio), thresholds);
+  threshold_pass.run(table, scales, to_float(options.tolerance_px * options.coarsen_ratio), thresholds);
   read_targets(options);
   measure_targets();
   const std::uint64_t base_memory = mesh_memory(options, table.base_triangles());
@@ -192,8 +196,9 @@ void Planner::State::choose_targets(const PlanOptions& options) {
     plan.limitation = Limitation::base_over_budget;
     plan.reason = fmt::format("the base mesh alone takes {} triangles and {} bytes, more than the budget",
                               table.base_triangles(), base_memory);
-    for (const float threshold : thresholds) cut = std::max(cut, threshold);
+    for (const float threshold : thresholds.begun) cut = std::max(cut, threshold);
     std::fill(plan.targets.begin(), plan.targets.end(), std::uint8_t{0});
+    whole_targets = plan.targets;
     measure_targets();
   } else {
     if (plan.planned_triangles > options.max_triangles)
@@ -211,25 +216,34 @@ void Planner::State::choose_targets(const PlanOptions& options) {
 }
 
 void Planner::State::read_targets(const PlanOptions& options) {
-  const float tolerance = to_float(options.tolerance_px);
-  count_steps_above(table, thresholds, std::max(tolerance, cut), 1.0F, plan.targets);
-  count_steps_above(table, thresholds, to_float(options.tolerance_px * options.coarsen_ratio), 1.0F, kept);
+  count_targets(options, thresholds.begun, false, plan.targets);
+  if (table.joins_generations()) {
+    count_targets(options, thresholds.whole, true, whole_targets);
+  } else {
+    whole_targets = plan.targets;
+  }
+}
+
+void Planner::State::count_targets(const PlanOptions& options, std::span<const float> levels, bool whole,
+                                   std::vector<std::uint8_t>& counts) {
+  count_steps_above(table, levels, std::max(to_float(options.tolerance_px), cut), 1.0F, counts);
+  count_steps_above(table, levels, to_float(options.tolerance_px * options.coarsen_ratio), 1.0F, kept);
   if (cut > 0.0F) {
-    count_steps_above(table, thresholds, cut, static_cast<float>(1.0 / options.budget_coarsen_ratio), kept_in_budget);
+    count_steps_above(table, levels, cut, static_cast<float>(1.0 / options.budget_coarsen_ratio), kept_in_budget);
     for (std::size_t c = 0; c < kept.size(); ++c) kept[c] = std::min(kept[c], kept_in_budget[c]);
   }
   for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
-    const auto keep = std::min(kept[c], static_cast<std::uint8_t>(table.applied(c)));
-    plan.targets[c] = std::max(plan.targets[c], keep);
+    const auto there = static_cast<std::uint8_t>(whole ? table.applied(c) : table.begun(c));
+    counts[c] = std::max(counts[c], std::min(kept[c], there));
   }
 }
 
 // Triangles and bytes of the targets, from those of what is applied and the differences.
 void Planner::State::measure_targets() {
-  std::uint64_t triangles = table.applied_triangles();
-  std::uint64_t bytes = table.applied_bytes();
+  std::uint64_t triangles = table.begun_triangles();
+  std::uint64_t bytes = table.begun_bytes();
   for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
-    const std::uint32_t applied = table.applied(c);
+    const std::uint32_t applied = table.begun(c);
     const std::uint32_t target = plan.targets[c];
     for (std::uint32_t p = applied + 1; p <= target; ++p) {
       triangles += table.triangles()[table.step_index(c, p)];
@@ -261,7 +275,7 @@ void Planner::State::cut_to_budget(const PlanOptions& options, bool memory, std:
   for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
     for (std::uint32_t p = 1; p <= plan.targets[c]; ++p) {
       const std::uint32_t step = table.step_index(c, p);
-      const float level = thresholds[step] * (p <= table.applied(c) ? applied_factor : 1.0F);
+      const float level = thresholds.begun[step] * (p <= table.begun(c) ? applied_factor : 1.0F);
       budget_cut.add(level, memory ? step_memory(options, step) : table.triangles()[step]);
     }
   }
@@ -280,12 +294,12 @@ void Planner::State::state_errors() {
   for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
     const std::uint32_t parent = table.parent(c);
     planned_live[c] = parent == CellTable::kNoCell ||
-                      (planned_live[parent] != 0 && plan.targets[parent] == table.segment_count(parent));
+                      (planned_live[parent] != 0 && whole_targets[parent] == table.segment_count(parent));
     const CellJudgement& judgement = judgements[c];
     if (!judgement.in_frustum) continue;
     const bool seen = judgement.can_be_seen();
     const std::uint32_t applied = table.applied(c);
-    const std::uint32_t target = plan.targets[c];
+    const std::uint32_t target = whole_targets[c];
     if (live[c] != 0 && is_front(c, applied))
       now[seen] = std::max(now[seen], judgement.error.px(table.error_at(c, applied)));
     if (planned_live[c] != 0 && is_front(c, target))
@@ -309,12 +323,12 @@ void Planner::State::choose_wants(const PlanOptions& options) {
   }
   plan.wants.clear();
   if (plan.missing_segments != 0)
-    want_order.order({table, judgements, thresholds, held, plan.targets, live}, options, plan.wants);
+    want_order.order({table, judgements, thresholds.begun, held, plan.targets, live}, options, plan.wants);
 }
 
 void Planner::State::choose_evictions(const PlanOptions& options) {
   plan.evictions.clear();
-  plan.triangles = table.base_triangles() + table.applied_triangles();
+  plan.triangles = table.base_triangles() + table.begun_triangles();
   plan.memory_bytes = mesh_memory(options, plan.triangles) + table.held_bytes();
   plan.planned_memory_bytes = mesh_memory(options, plan.planned_triangles) + table.held_bytes() + plan.missing_bytes;
   if (plan.planned_memory_bytes <= options.max_memory_bytes) return;

@@ -31,6 +31,27 @@ void own_thresholds(const CellTable& table, const CellScales& scales, float floo
 
 void raise(float& threshold, float to) { threshold = std::max(threshold, to); }
 
+// What the cells of a slab ask of those beside them. Rows are by cell of the slab.
+void raise_beside(const CellTable& table, std::uint32_t slab, const float* from, float* to) {
+  const std::uint32_t first = table.first_cell(slab);
+  const std::uint32_t count = table.cells_of(slab);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float threshold = from[i];
+    if (!(threshold > 0.0F)) continue;
+    for (const std::uint32_t n : table.peers(first + i)) raise(to[n - first], threshold);
+  }
+}
+
+void raise_foundations(const CellTable& table, std::uint32_t slab, std::vector<float>& thresholds) {
+  const std::uint32_t first = table.first_cell(slab);
+  for (std::uint32_t i = 0; i < table.cells_of(slab); ++i) {
+    const float threshold = thresholds[table.first_step(slab) + i];
+    if (!(threshold > 0.0F)) continue;
+    for (const std::uint32_t b : table.foundations(first + i))
+      raise(thresholds[table.step_index(b, table.segment_count(b))], threshold);
+  }
+}
+
 }  // namespace
 
 void CellScales::resize(std::size_t cells) {
@@ -46,30 +67,27 @@ void CellScales::set(std::uint32_t cell, const ProjectedError& error, double wei
   near = static_cast<float>(std::clamp(error.near, 1.0 / kHuge, kHuge));
 }
 
-void compute_step_thresholds(const CellTable& table, const CellScales& scales, float floor,
-                             std::vector<float>& thresholds) {
-  thresholds.resize(table.step_count());
-  own_thresholds(table, scales, floor, thresholds);
+void ThresholdPass::run(const CellTable& table, const CellScales& scales, float floor, StepThresholds& thresholds) {
+  thresholds.begun.resize(table.step_count());
+  thresholds.whole.resize(table.joins_generations() ? table.step_count() : 0);
+  own_thresholds(table, scales, floor, thresholds.begun);
   for (std::uint32_t slab = table.slab_count(); slab-- > 0;) {
     const std::uint32_t count = table.cells_of(slab);
-    const std::uint32_t first = table.first_cell(slab);
-    for (std::uint32_t layer = table.layers_of(slab); layer-- > 1;) {
-      const float* from = thresholds.data() + table.first_step(slab) + layer * count;
-      float* to = thresholds.data() + table.first_step(slab) + (layer - 1) * count;
-      for (std::uint32_t i = 0; i < count; ++i) {
-        const float threshold = from[i];
-        if (!(threshold > 0.0F)) continue;
-        raise(to[i], threshold);
-        for (const std::uint32_t n : table.peers(first + i)) raise(to[n - first], threshold);
+    for (std::uint32_t layer = table.layers_of(slab); layer-- > 0;) {
+      float* row = thresholds.begun.data() + table.first_step(slab) + layer * count;
+      if (!thresholds.whole.empty())
+        std::copy_n(row, count, thresholds.whole.data() + table.first_step(slab) + layer * count);
+      // Generation by generation down to the first of the layer.
+      for (std::uint32_t g = table.layer_generations(slab, layer); g > 1; --g) {
+        before_.assign(row, row + count);
+        raise_beside(table, slab, before_.data(), row);
+      }
+      if (layer > 0) {
+        for (std::uint32_t i = 0; i < count; ++i) raise((row - count)[i], row[i]);
+        raise_beside(table, slab, row, row - count);
       }
     }
-    const float* from = thresholds.data() + table.first_step(slab);
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const float threshold = from[i];
-      if (!(threshold > 0.0F)) continue;
-      for (const std::uint32_t b : table.foundations(first + i))
-        raise(thresholds[table.step_index(b, table.segment_count(b))], threshold);
-    }
+    raise_foundations(table, slab, thresholds.begun);
   }
 }
 

@@ -20,13 +20,23 @@ struct CellScales {
   void set(std::uint32_t cell, const ProjectedError& error, double weight);
 };
 
-// thresholds[step] becomes the largest weighted_px, before they are taken, of the step and of all steps that depend on
-// it by the table's rule, or 0 where that is at most `floor`. So for every t >= floor the steps above t are a closed
-// set, the smallest that has all steps that are above t by themselves.
+struct StepThresholds {
+  std::vector<float> begun;  // by step: that its first generation is in the mesh, so that its segment must be held
+  std::vector<float> whole;  // that all of it is; the same, and left empty, where no layer joins generations
+};
+
+// A step's threshold becomes the largest weighted_px, before they are taken, of the step and of all steps that depend
+// on it by the table's rule, or 0 where that is at most `floor`. So for every t >= floor what is above t is a closed
+// set, the smallest that has, as a whole, all steps that are above t by themselves.
 //
-// One pass from fine to coarse, linear in steps and neighbours: a step is final when all finer layers are done.
-void compute_step_thresholds(const CellTable& table, const CellScales& scales, float floor,
-                             std::vector<float>& thresholds);
+// One pass from fine to coarse, linear in generations, cells and neighbours: a step is final when all finer ones are.
+class ThresholdPass {
+ public:
+  void run(const CellTable& table, const CellScales& scales, float floor, StepThresholds& thresholds);
+
+ private:
+  std::vector<float> before_;
+};
 
 // counts[cell] becomes how many of the cell's steps have a threshold above `level`; with a `factor`, thresholds are
 // multiplied by it first.

@@ -20,10 +20,11 @@ struct CellWorldShape {
   std::uint32_t slabs = 3;
   std::uint32_t least_children = 2;
   std::uint32_t most_children = 4;
-  std::uint32_t most_layers = 3;  // of a slab; 1 to this many, at random
-  bool fixed_layers = false;      // always most_layers
-  double base_error = 0.2;        // the globe's radius is 1
-  double decay = 0.7;             // of the error with each layer
+  std::uint32_t most_layers = 3;       // of a slab; 1 to this many, at random
+  bool fixed_layers = false;           // always most_layers
+  std::uint32_t most_generations = 1;  // of a layer; 1 to this many, at random
+  double base_error = 0.2;             // the globe's radius is 1
+  double decay = 0.7;                  // of the error with each layer
 };
 
 class CellWorld {
@@ -62,6 +63,7 @@ class CellWorld {
     auto created = CellTable::create(slabs, child_counts);
     if (!created) throw std::runtime_error(created.error().message);
     table_ = std::move(*created);
+    join_generations(shape.most_generations, random);
     fill(shape, random);
     refresh();
   }
@@ -72,7 +74,7 @@ class CellWorld {
     const std::uint32_t parent = table_.parent(cell);
     return parent == CellTable::kNoCell || (complete(parent) && live(parent));
   }
-  bool complete(std::uint32_t cell) const { return table_.applied(cell) == table_.segment_count(cell); }
+  bool complete(std::uint32_t cell) const { return done_[cell] == slab_generations(table_.slab_of(cell)); }
   bool front(std::uint32_t cell) const { return live(cell) && !(complete(cell) && table_.child_count(cell) > 0); }
   // Cells of the mesh beside a live cell, coarser and finer ones too.
   std::vector<std::uint32_t> neighbours(std::uint32_t cell) const {
@@ -86,41 +88,41 @@ class CellWorld {
     std::erase(all, cell);
     return all;
   }
-  // Layers of the asset that a cell has.
-  std::uint32_t layers(std::uint32_t cell) const {
-    std::uint32_t sum = table_.applied(cell);
-    for (std::uint32_t s = 0; s < table_.slab_of(cell); ++s) sum += table_.layers_of(s);
+  // Generations of the asset that a cell has.
+  std::uint32_t generations(std::uint32_t cell) const {
+    std::uint32_t sum = done_[cell];
+    for (std::uint32_t s = 0; s < table_.slab_of(cell); ++s) sum += slab_generations(s);
     return sum;
   }
   // Whether the mesh could be in this state at all.
   bool legal() const {
     for (std::uint32_t c = 0; c < table_.cell_count(); ++c) {
-      if (!live(c) && table_.applied(c) != 0) return false;
+      if (!live(c) && done_[c] != 0) return false;
       if (!front(c)) continue;
       for (const std::uint32_t n : neighbours(c)) {
-        if (layers(n) + 1 < layers(c) && !finished_leaf(n)) return false;
+        if (generations(n) + 1 < generations(c) && !finished_leaf(n)) return false;
       }
     }
     return true;
   }
 
-  // Refines and coarsens towards the targets as far as the rule and what is held allow, in random order.
+  // Goes to the largest mesh within the targets and what is held that the rule allows, in random order.
   void move_to(const std::vector<std::uint8_t>& targets, SeededRandom& random) {
     std::vector<std::uint32_t> order(table_.cell_count());
     for (std::uint32_t c = 0; c < order.size(); ++c) order[c] = c;
+    random.shuffle(order);
+    const auto limit = [&](std::uint32_t c) {
+      return generations_of(table_.slab_of(c), std::min<std::uint32_t>(targets[c], table_.held(c)));
+    };
+    for (const std::uint32_t c : order) {
+      while (done_[c] > limit(c)) undo(c);
+    }
     for (bool changed = true; changed;) {
       changed = false;
-      random.shuffle(order);
       for (const std::uint32_t c : order) {
-        if (!front(c) && !childless_in_effect(c)) continue;
-        const std::uint32_t applied = table_.applied(c);
-        if (applied > targets[c] && may_undo(c)) {
-          table_.set_applied(c, applied - 1);
-          changed = true;
-        } else if (applied < targets[c] && applied < table_.held(c) && may_apply(c)) {
-          table_.set_applied(c, applied + 1);
-          changed = true;
-        }
+        if (!front(c) || done_[c] >= limit(c) || !may_apply(c)) continue;
+        ++done_[c];
+        changed = true;
       }
     }
     refresh();
@@ -128,25 +130,21 @@ class CellWorld {
   void evict(const std::vector<Eviction>& evictions) {
     for (const Eviction& e : evictions) table_.set_held(e.cell, e.keep_prefix);
   }
-  // Sets the whole state at once, legal or not, with everything applied held.
-  void set_state(const std::vector<std::uint8_t>& applied) {
-    for (std::uint32_t c = 0; c < table_.cell_count(); ++c) {
-      table_.set_held(c, std::max<std::uint32_t>(table_.held(c), applied[c]));
-      table_.set_applied(c, applied[c]);
-    }
-    refresh();
-  }
   // What a client tells the table after each change: bounds and neighbours of live cells.
   void refresh() {
     for (std::uint32_t c = 0; c < table_.cell_count(); ++c) {
+      const std::uint32_t slab = table_.slab_of(c);
+      std::uint32_t whole = 0;
+      while (whole < table_.layers_of(slab) && generations_of(slab, whole + 1) <= done_[c]) ++whole;
+      table_.set_applied(c, whole, whole + (generations_of(slab, whole) < done_[c]));
       if (!live(c)) continue;
-      if (!table_.bounds_known(c)) table_.set_bounds(c, bounds_of_box(boxes_[c]));
+      if (!table_.extent_known(c)) table_.set_extent(c, extent_of_box(boxes_[c]));
       table_.set_neighbours(c, neighbours(c));
     }
   }
   void reveal_everything() {
     for (std::uint32_t c = 0; c < table_.cell_count(); ++c) {
-      table_.set_bounds(c, bounds_of_box(boxes_[c]));
+      table_.set_extent(c, extent_of_box(boxes_[c]));
       table_.set_neighbours(c, beside_[c]);
     }
   }
@@ -157,10 +155,10 @@ class CellWorld {
     const double latitude = std::numbers::pi * (0.02 + 0.96 * v);
     return {std::sin(latitude) * std::cos(longitude), std::cos(latitude), std::sin(latitude) * std::sin(longitude)};
   }
-  static CellBounds bounds_of_box(const Box& box) {
+  static CellExtent extent_of_box(const Box& box) {
     constexpr int kSamples = 5;
     std::vector<glm::dvec3> points;
-    CellBounds bounds;
+    CellExtent bounds;
     for (int i = 0; i < kSamples; ++i) {
       for (int j = 0; j < kSamples; ++j) {
         points.push_back(place(box.u0 + (box.u1 - box.u0) * i / (kSamples - 1.0),
@@ -243,29 +241,49 @@ class CellWorld {
     for (std::uint32_t i = 0; i < table_.child_count(cell); ++i) descend(table_.first_child(cell) + i, box, out);
   }
   bool finished_leaf(std::uint32_t cell) const { return complete(cell) && table_.child_count(cell) == 0; }
-  // Complete, with children of which none has anything applied.
-  bool childless_in_effect(std::uint32_t cell) const {
-    if (!live(cell)) return false;
-    for (std::uint32_t i = 0; i < table_.child_count(cell); ++i) {
-      if (table_.applied(table_.first_child(cell) + i) != 0) return false;
-    }
-    return true;
-  }
   bool may_apply(std::uint32_t cell) const {
     if (complete(cell)) return false;
     for (const std::uint32_t n : neighbours(cell)) {
-      if (layers(n) < layers(cell) && !finished_leaf(n)) return false;
+      if (generations(n) < generations(cell) && !finished_leaf(n)) return false;
     }
     return true;
   }
-  bool may_undo(std::uint32_t cell) const {
-    for (const std::uint32_t n : neighbours(cell)) {
-      if (layers(n) > layers(cell)) return false;
+  // Takes back a generation, and before it what needs it.
+  void undo(std::uint32_t cell) {
+    if (done_[cell] == 0) return undo(table_.parent(cell));
+    if (complete(cell)) {
+      for (std::uint32_t i = 0; i < table_.child_count(cell); ++i) {
+        while (done_[table_.first_child(cell) + i] > 0) undo(table_.first_child(cell) + i);
+      }
     }
-    return true;
+    for (bool again = true; again;) {
+      again = false;
+      for (const std::uint32_t n : neighbours(cell)) {
+        if (generations(n) <= generations(cell)) continue;
+        undo(n);
+        again = true;
+        break;
+      }
+    }
+    --done_[cell];
+  }
+  // Of the first layers of a slab.
+  std::uint32_t generations_of(std::uint32_t slab, std::uint32_t layers) const {
+    std::uint32_t sum = 0;
+    for (std::uint32_t l = 0; l < layers; ++l) sum += table_.layer_generations(slab, l);
+    return sum;
+  }
+  std::uint32_t slab_generations(std::uint32_t slab) const { return generations_of(slab, table_.layers_of(slab)); }
+  void join_generations(std::uint32_t most, SeededRandom& random) {
+    done_.assign(table_.cell_count(), 0);
+    for (std::uint32_t s = 0; most > 1 && s < table_.slab_count(); ++s) {
+      for (std::uint32_t l = 0; l < table_.layers_of(s); ++l)
+        table_.set_layer_generations(s, l, 1 + random.below(most));
+    }
   }
 
   CellTable table_;
+  std::vector<std::uint32_t> done_;  // generations, by cell
   std::vector<Box> boxes_;
   std::vector<std::vector<std::uint32_t>> beside_;
 };

@@ -50,8 +50,8 @@ struct Projection {
   }
 };
 
-CellBounds random_sphere(SeededRandom& random, const View& view) {
-  CellBounds bounds;
+CellExtent random_sphere(SeededRandom& random, const View& view) {
+  CellExtent bounds;
   const glm::dvec3 ahead = glm::normalize(view.camera.target - view.camera.eye);
   bounds.center = view.camera.eye + (ahead + 1.2 * random.unit() * random_direction(random)) * (4.0 * random.unit());
   bounds.radius = std::pow(10.0, -3.0 * random.unit()) * (random.one_in(4) ? 3.0 : 1.0);
@@ -69,7 +69,7 @@ TEST(Criteria, NoPairOfPointsIsFurtherApartInThePictureThanTheProjectedError) {
     View view = random_view(random);
     view.near_distance = std::pow(10.0, -1.0 - 3.0 * random.unit());
     const Projection projection(view);
-    const CellBounds bounds = random_sphere(random, view);
+    const CellExtent bounds = random_sphere(random, view);
     const double largest = bounds.radius * random.unit() * (random.one_in(3) ? 2.0 : 0.1);
     const double error = largest * random.unit();
     const CellJudgement judgement = ViewJudge(view, {}).judge(bounds, largest);
@@ -131,7 +131,7 @@ TEST(Criteria, ConesCalledFrontOrBackHoldNoOtherNormals) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SeededRandom random(seed);
     const View view = random_view(random);
-    const CellBounds bounds = random_sphere(random, view);
+    const CellExtent bounds = random_sphere(random, view);
     const CellJudgement judgement = ViewJudge(view, {}).judge(bounds, 0.0);
     if (judgement.facing == Facing::mixed) ++mixed;
     if (judgement.facing != Facing::front && judgement.facing != Facing::back) continue;
@@ -219,7 +219,7 @@ TEST(Criteria, FocusFallsOffWithDistanceAndAngle) {
   criteria.focus_direction = FocusDirection{{0, 0, 5}, 40.0, 20.0, 0.0};
   const auto turned = [&](double degrees, double half_angle) {
     const double angle = degrees * std::numbers::pi / 180;
-    const CellBounds bounds{
+    const CellExtent bounds{
         {0, 0, 0}, 0.05, {std::sin(angle), 0, std::cos(angle)}, std::cos(half_angle * std::numbers::pi / 180)};
     return ViewJudge(view, criteria).judge(bounds, 0).weight;
   };
@@ -236,7 +236,7 @@ TEST(Criteria, SmallMovesOfTheCameraChangeWeightsLittle) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SeededRandom random(seed);
     View view = random_view(random);
-    const CellBounds bounds = random_sphere(random, view);
+    const CellExtent bounds = random_sphere(random, view);
     const double before = ViewJudge(view, {}).judge(bounds, 0.01).weight;
     const double step = 1e-6 * glm::distance(bounds.center, view.camera.eye);
     view.camera.eye += step * random_direction(random);

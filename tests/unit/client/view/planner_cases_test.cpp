@@ -67,7 +67,7 @@ TEST(Planner, BadViewsAndOptionsHoldWhatThereIsAndSayWhy) {
   CellWorld world = middling_world();
   Planner planner(world.table());
   settle(world, planner, side_view(), {});
-  ASSERT_GT(world.table().applied_triangles(), 0U);
+  ASSERT_GT(world.table().begun_triangles(), 0U);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<std::function<void(View&, PlanOptions&)>> spoil = {
       [&](View& v, PlanOptions&) { v.camera.eye.z = nan; },
@@ -121,7 +121,7 @@ TEST(Planner, ExtremeButValidViewsGiveFinitePlans) {
   EXPECT_EQ(Planner(world.table()).plan(views[5], {}).stated_error_px, 0.0) << "nothing is in view";
   Planner planner(world.table());
   EXPECT_LT(settle(world, planner, views[2], {}).stated_error_px, 1e-90);
-  EXPECT_EQ(world.table().applied_triangles(), 0U) << "nothing is needed so far away";
+  EXPECT_EQ(world.table().begun_triangles(), 0U) << "nothing is needed so far away";
 }
 
 TEST(Planner, ToleranceZeroWantsAllThatHasAnError) {
@@ -179,7 +179,7 @@ TEST(Planner, CellsWithoutBoundsMayBeAnywhere) {
   const double before = planner.plan(view, {}).stated_error_px;
   EXPECT_GT(before, 1000.0) << "a tenth of the model right before the eye";
   EXPECT_EQ(planner.plan(view, {}).wants.size(), 3U);
-  table.set_bounds(0, {{0, 0, 0}, 1.0});
+  table.set_extent(0, {{0, 0, 0}, 1.0});
   const double after = planner.plan(view, {}).stated_error_px;
   EXPECT_LT(after, 100.0);
   EXPECT_GT(after, 0.1 / 3.6 * 1000);
@@ -209,7 +209,7 @@ TEST(Planner, ATremblingCameraChangesNothingTwice) {
     Planner planner(world.table());
     const auto trembling = [](std::uint32_t i) { return side_view(0.5 + 0.002 * ((i * 7) % 5)); };
     for (std::uint32_t i = 0; i < 10; ++i) settle(world, planner, trembling(i), {});
-    ASSERT_GT(world.table().applied_triangles(), 1000U);
+    ASSERT_GT(world.table().begun_triangles(), 1000U);
     for (std::uint32_t i = 0; i < 10; ++i) EXPECT_TRUE(planner.plan(trembling(i), {}).settled) << "view " << i;
   }
 }
@@ -275,7 +275,7 @@ TEST(Planner, SilhouettesGetMoreThanFrontFaces) {
   for (std::uint32_t c = 0; c < world.table().cell_count(); ++c) {
     ASSERT_GE(finer.targets[c], even.targets[c]);
     const std::uint32_t more = finer.targets[c] - even.targets[c];
-    const double weight = judge.judge(world.table().bounds(c), world.table().error_at(c, 0)).weight;
+    const double weight = judge.judge(world.table().extent(c), world.table().error_at(c, 0)).weight;
     (weight > 1.0 ? near_silhouette : elsewhere) += more;
   }
   EXPECT_GT(near_silhouette, 100U);
