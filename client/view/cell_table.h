@@ -1,0 +1,178 @@
+// What the planner knows of a model's cells: the tree of the asset's index, and what of it is applied, held and seen.
+// Plain arrays; a change of one cell costs what that cell has.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "client/view/criteria.h"
+#include "common/support/result.h"
+
+namespace fanstream {
+
+struct SlabShape {
+  std::uint32_t cell_count = 0;
+  std::uint32_t layer_count = 0;  // segments of each of its cells
+};
+
+// One segment. `error` is how far the cell's part of the surface may be off the original while the cell lacks this
+// segment and has all before it, in the model's units.
+struct CellSegment {
+  float error = 0.0F;
+  std::uint32_t size_bytes = 0;
+  std::uint32_t triangles = 0;  // that applying it adds: two a split, or an estimate before it is decoded
+};
+
+// Cells are numbered by slab, coarse to fine, within a slab by parent, as in the asset's index. A *step* is one segment
+// of one cell: step p (1 .. layer_count) of a cell takes it from prefix p-1 to p. Steps are stored by layer, then by
+// cell: step_index(cell, p). So every step lies behind all it depends on.
+//
+// **The rule of dependencies** is the implicit rule of ../../common/refine/progressive_mesh.h: a cell may take up a
+// generation when all cells beside it have every generation before it; a complete cell without children has all. So
+// step p of a cell of slab s needs
+//   p = 1:  its parent complete, and beside it no cells of coarser slabs but complete ones without children;
+//   p > 1:  step p-1 of the cell itself and of the cells of slab s beside it.
+// A layer of k > 1 generations needs more: for the last of them the cells beside must have k-1 generations of the same
+// layer, those beside them k-2, and so on. Such cells are *begun* with that segment: they hold it and have some of its
+// generations.
+//
+// Not thread safe. Setters assert that cell numbers and prefixes exist.
+class CellTable {
+ public:
+  CellTable() = default;
+  // `child_counts` is for the cells of all slabs but the last, in order, and adds up to the cells of the later slabs.
+  // Fails (bad_input) where it does not, or where there are more than 2^22 cells, 255 slabs or 250 layers.
+  static Result<CellTable> create(std::span<const SlabShape> slabs, std::span<const std::uint32_t> child_counts);
+
+  void set_segment(std::uint32_t cell, std::uint32_t segment, const CellSegment& values);
+  void set_base(std::uint64_t triangles, std::uint64_t memory_bytes);  // FM0; the bytes besides those of its triangles
+  // How many generations a layer (from 0) of a slab joins; 1 unless set. At least 1.
+  void set_layer_generations(std::uint32_t slab, std::uint32_t layer, std::uint32_t generations);
+  // Once all segments are set: fails (bad_input), naming the cell, where a bound is not finite or is negative, or rises
+  // along the segments of a cell or from a cell to a child.
+  Result<void> check_errors() const;
+
+  // The state. `applied`: segments of which all generations are in the mesh; `begun`: of which the first one is, as
+  // many or one more; `held`: segments received and not evicted, at least those begun.
+  void set_applied(std::uint32_t cell, std::uint32_t prefix) { set_applied(cell, prefix, prefix); }
+  void set_applied(std::uint32_t cell, std::uint32_t prefix, std::uint32_t begun);
+  void set_held(std::uint32_t cell, std::uint32_t prefix);
+  // Of the cell's part of the original. Keep what was once set: it never changes. A cell without bounds counts as lying
+  // anywhere in its parent's; one of slab 0 without as being everywhere.
+  void set_extent(std::uint32_t cell, const CellExtent& extent);
+  // The cells beside a live cell, of any slab, in any order. An empty list says nothing and changes nothing: lists of
+  // cells that are no longer live, complete ones too, stay known. The relation should be symmetric.
+  void set_neighbours(std::uint32_t cell, std::span<const std::uint32_t> cells);
+
+  std::uint32_t cell_count() const { return static_cast<std::uint32_t>(parent_.size()); }
+  std::uint32_t slab_count() const { return static_cast<std::uint32_t>(slabs_.size()); }
+  std::uint32_t step_count() const { return static_cast<std::uint32_t>(errors_.size()); }
+  std::uint32_t slab_of(std::uint32_t cell) const { return slab_of_[cell]; }
+  std::uint32_t parent(std::uint32_t cell) const { return parent_[cell]; }  // kNoCell in slab 0
+  std::uint32_t first_child(std::uint32_t cell) const { return first_child_[cell]; }
+  std::uint32_t child_count(std::uint32_t cell) const { return child_count_[cell]; }
+  std::uint32_t segment_count(std::uint32_t cell) const { return slabs_[slab_of_[cell]].layer_count; }
+  std::uint32_t first_cell(std::uint32_t slab) const { return slabs_[slab].first_cell; }
+  std::uint32_t cells_of(std::uint32_t slab) const { return slabs_[slab].cell_count; }
+  std::uint32_t layers_of(std::uint32_t slab) const { return slabs_[slab].layer_count; }
+  std::uint32_t layer_generations(std::uint32_t slab, std::uint32_t layer) const {
+    return slabs_[slab].generations[layer];
+  }
+  bool joins_generations() const { return joins_generations_; }  // whether any layer has more than one
+  // Of step 1 of the slab's first cell; the steps of one layer are cells_of(slab) apart from the next layer's.
+  std::uint32_t first_step(std::uint32_t slab) const { return slabs_[slab].first_step; }
+  std::uint32_t step_index(std::uint32_t cell, std::uint32_t p) const {
+    const Slab& slab = slabs_[slab_of_[cell]];
+    return slab.first_step + (p - 1) * slab.cell_count + (cell - slab.first_cell);
+  }
+  std::span<const float> errors() const { return errors_; }  // by step: before it is applied
+  std::span<const std::uint32_t> sizes_bytes() const { return sizes_bytes_; }
+  std::span<const std::uint32_t> triangles() const { return triangles_; }
+  // How far the cell is off at prefix p; once complete, the most that any of its children is.
+  float error_at(std::uint32_t cell, std::uint32_t p) const;
+  std::uint64_t base_triangles() const { return base_triangles_; }
+  std::uint64_t base_memory_bytes() const { return base_memory_bytes_; }
+
+  // Sums over all cells: triangles and bytes of the segments begun, bytes of those held.
+  std::uint64_t begun_triangles() const { return begun_triangles_; }
+  std::uint64_t begun_bytes() const { return begun_bytes_; }
+  std::uint64_t held_bytes() const { return held_bytes_; }
+
+  std::uint32_t applied(std::uint32_t cell) const { return applied_[cell]; }
+  std::uint32_t begun(std::uint32_t cell) const { return begun_[cell]; }
+  // What is held, with empty segments that follow: they need not be sent.
+  std::uint32_t held(std::uint32_t cell) const;
+  bool extent_known(std::uint32_t cell) const { return extent_epoch_[cell] != 0; }
+  const CellExtent& extent(std::uint32_t cell) const { return extents_[cell]; }
+  std::uint64_t extent_epoch(std::uint32_t cell) const { return extent_epoch_[cell]; }  // of the last change
+  std::uint64_t epoch() const { return epoch_; }  // rises with every change of the state
+
+  // What the known neighbours mean: the cells of the same slab beside a cell, and the cells of coarser slabs that must
+  // be complete before step 1, its parent first (none in slab 0).
+  std::span<const std::uint32_t> peers(std::uint32_t cell) const {
+    const Links& links = links_[cell];
+    return {pool_.data() + links.begin + links.foundation_count, links.peer_count};
+  }
+  std::span<const std::uint32_t> foundations(std::uint32_t cell) const {
+    return {pool_.data() + links_[cell].begin, links_[cell].foundation_count};
+  }
+  // Calls f(cell, p) for each step of the layer before that step p of `cell` needs, but for those implied by others.
+  template <class F>
+  void for_each_dependency(std::uint32_t cell, std::uint32_t p, const F& f) const {
+    if (p == 1) {
+      for (const std::uint32_t b : foundations(cell)) f(b, segment_count(b));
+      return;
+    }
+    f(cell, p - 1);
+    for (const std::uint32_t n : peers(cell)) f(n, p - 1);
+  }
+
+  static constexpr std::uint32_t kNoCell = 0xFFFFFFFFU;
+
+ private:
+  struct Slab {
+    std::uint32_t first_cell = 0;
+    std::uint32_t cell_count = 0;
+    std::uint32_t layer_count = 0;
+    std::uint32_t first_step = 0;
+    std::vector<std::uint8_t> generations;  // by layer
+  };
+  // Foundations, then peers, in pool_.
+  struct Links {
+    std::uint32_t begin = 0;
+    std::uint32_t foundation_count = 0;
+    std::uint32_t peer_count = 0;
+    std::uint32_t capacity = 0;
+  };
+  void compact_pool();
+
+  std::vector<Slab> slabs_;
+  std::vector<std::uint8_t> slab_of_;
+  std::vector<std::uint32_t> parent_;
+  std::vector<std::uint32_t> first_child_;
+  std::vector<std::uint32_t> child_count_;
+  std::vector<float> errors_;
+  std::vector<std::uint32_t> sizes_bytes_;
+  std::vector<std::uint32_t> triangles_;
+  std::uint64_t base_triangles_ = 0;
+  std::uint64_t base_memory_bytes_ = 0;
+  bool joins_generations_ = false;
+
+  std::vector<std::uint8_t> applied_;
+  std::vector<std::uint8_t> begun_;
+  std::vector<std::uint8_t> held_;
+  std::uint64_t begun_triangles_ = 0;
+  std::uint64_t begun_bytes_ = 0;
+  std::uint64_t held_bytes_ = 0;
+  std::vector<CellExtent> extents_;
+  std::vector<std::uint64_t> extent_epoch_;
+  std::uint64_t epoch_ = 0;
+  std::vector<Links> links_;
+  std::vector<std::uint32_t> pool_;
+  std::size_t pool_used_ = 0;
+  std::vector<std::uint32_t> scratch_foundations_;
+  std::vector<std::uint32_t> scratch_peers_;
+};
+
+}  // namespace fanstream

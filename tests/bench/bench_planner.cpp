@@ -1,0 +1,149 @@
+// How long a plan takes: cells in 5 slabs of 8 layers each, about 6 neighbours a cell, the model filling a picture of
+// 1024 x 768. Tolerances are in hundredths of a pixel: at 25 most cells of the finest slab are refined. Example:
+// fanstream-bench-planner --benchmark_filter=CameraMove
+#include <benchmark/benchmark.h>
+
+#include <map>
+#include <memory>
+
+#include "tests/unit/client/view/cell_world.h"
+
+namespace fanstream {
+namespace {
+
+using testing::CellWorld;
+using testing::CellWorldShape;
+using testing::SeededRandom;
+
+View orbit(double angle) {
+  View view;
+  view.camera.eye = 3.6 * glm::dvec3(std::sin(angle), 0.2, std::cos(angle));
+  return view;
+}
+
+PlanOptions options_for(std::int64_t tolerance) {
+  PlanOptions options;
+  options.tolerance_px = 0.01 * static_cast<double>(tolerance);
+  return options;
+}
+
+// With everything known that can be known of the cells, and the plan for orbit(0) applied and held.
+std::unique_ptr<CellWorld> settled_world(std::int64_t cells, std::int64_t tolerance) {
+  SeededRandom random(7);
+  CellWorldShape shape;
+  shape.roots = static_cast<std::uint32_t>(cells / 121);
+  shape.slabs = 5;
+  shape.most_layers = 8;
+  shape.fixed_layers = true;
+  shape.decay = 0.84;
+  auto world = std::make_unique<CellWorld>(shape, random);
+  world->reveal_everything();
+  Planner planner(world->table());
+  const auto& targets = planner.plan(orbit(0.0), options_for(tolerance)).targets;
+  for (std::uint32_t c = 0; c < world->table().cell_count(); ++c) {
+    world->table().set_held(c, targets[c]);
+    world->table().set_applied(c, targets[c]);
+  }
+  return world;
+}
+
+CellWorld& shared_world(std::int64_t cells, std::int64_t tolerance) {
+  static std::map<std::pair<std::int64_t, std::int64_t>, std::unique_ptr<CellWorld>> worlds;
+  auto& world = worlds[{cells, tolerance}];
+  if (!world) world = settled_world(cells, tolerance);
+  return *world;
+}
+
+void report(benchmark::State& state, const CellTable& table, const Plan& plan) {
+  std::uint64_t applied = 0;
+  std::uint64_t planned = 0;
+  for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
+    applied += table.applied(c);
+    planned += plan.targets[c];
+  }
+  state.counters["cells"] = table.cell_count();
+  state.counters["applied"] = static_cast<double>(applied);
+  state.counters["planned"] = static_cast<double>(planned);
+  state.counters["missing"] = plan.missing_segments;
+}
+
+// A full plan after the camera has gone around the model by some hundredths of a degree.
+void CameraMove(benchmark::State& state) {
+  CellWorld& world = shared_world(state.range(0), state.range(1));
+  const PlanOptions options = options_for(state.range(1));
+  Planner planner(world.table());
+  double degrees = 0.01 * static_cast<double>(state.range(2));
+  std::uint32_t turn = 0;
+  const Plan* plan = nullptr;
+  for (auto _ : state) {
+    // Never the same view twice in a row.
+    const double angle = (degrees + 1e-6 * (turn++ % 2)) * std::numbers::pi / 180.0;
+    plan = &planner.plan(orbit(angle), options);
+    benchmark::DoNotOptimize(plan->wants.data());
+  }
+  report(state, world.table(), *plan);
+}
+BENCHMARK(CameraMove)
+    ->ArgNames({"cells", "tolerance", "degrees"})
+    ->ArgsProduct({{10'043, 100'000}, {100, 25}, {100, 1000, 18'000}})
+    ->Unit(benchmark::kMicrosecond);
+
+// The same within a triangle budget of half of what the view would like.
+void CameraMoveInBudget(benchmark::State& state) {
+  CellWorld& world = shared_world(state.range(0), 25);
+  PlanOptions options = options_for(25);
+  Planner planner(world.table());
+  options.max_triangles = planner.plan(orbit(0.0), options).planned_triangles / 2;
+  std::uint32_t turn = 0;
+  const Plan* plan = nullptr;
+  for (auto _ : state) {
+    plan = &planner.plan(orbit(0.01 + 1e-8 * (turn++ % 2)), options);
+    benchmark::DoNotOptimize(plan->wants.data());
+  }
+  report(state, world.table(), *plan);
+}
+BENCHMARK(CameraMoveInBudget)->ArgName("cells")->Arg(10'043)->Arg(100'000)->Unit(benchmark::kMicrosecond);
+
+// A segment has arrived, the camera stands still.
+void SegmentArrived(benchmark::State& state) {
+  CellWorld& world = shared_world(state.range(0), 25);
+  const PlanOptions options = options_for(25);
+  Planner planner(world.table());
+  const std::uint32_t held = world.table().held(0);
+  std::uint32_t turn = 0;
+  const Plan* plan = nullptr;
+  for (auto _ : state) {
+    world.table().set_held(0, turn++ % 2 == 0 ? held - 1 : held);
+    plan = &planner.plan(orbit(0.0), options);
+    benchmark::DoNotOptimize(plan->wants.data());
+  }
+  world.table().set_held(0, held);
+  report(state, world.table(), *plan);
+}
+BENCHMARK(SegmentArrived)->ArgName("cells")->Arg(10'043)->Arg(100'000)->Unit(benchmark::kMicrosecond);
+
+// FM0 and the index have just come: nothing is known of the cells but what the index says.
+void FirstPlan(benchmark::State& state) {
+  SeededRandom random(7);
+  CellWorldShape shape;
+  shape.roots = static_cast<std::uint32_t>(state.range(0) / 121);
+  shape.slabs = 5;
+  shape.most_layers = 8;
+  shape.fixed_layers = true;
+  shape.decay = 0.84;
+  const CellWorld world(shape, random);
+  Planner planner(world.table());
+  std::uint32_t turn = 0;
+  const Plan* plan = nullptr;
+  for (auto _ : state) {
+    plan = &planner.plan(orbit(1e-8 * (turn++ % 2)), options_for(100));
+    benchmark::DoNotOptimize(plan->wants.data());
+  }
+  report(state, world.table(), *plan);
+}
+BENCHMARK(FirstPlan)->ArgName("cells")->Arg(10'043)->Arg(100'000)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace fanstream
+
+BENCHMARK_MAIN();

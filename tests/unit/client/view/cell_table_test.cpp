@@ -1,0 +1,173 @@
+#include "client/view/cell_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/support/seeded_random.h"
+
+namespace fanstream {
+namespace {
+
+using testing::SeededRandom;
+using Cells = std::vector<std::uint32_t>;
+
+Cells list(std::span<const std::uint32_t> cells) { return {cells.begin(), cells.end()}; }
+
+// Slab 0: cells 0 and 1; slab 1: 2, 3, 4 of 0 and 5 of 1; slab 2: 6 and 7 of 2, 8 of 5.
+CellTable three_slabs() {
+  const SlabShape slabs[] = {{2, 2}, {4, 1}, {3, 3}};
+  const std::uint32_t children[] = {3, 1, 2, 0, 0, 1};
+  return *CellTable::create(slabs, children);
+}
+
+TEST(CellTable, NumbersCellsAndStepsBySlabAndLayer) {
+  const CellTable table = three_slabs();
+  EXPECT_EQ(table.cell_count(), 9U);
+  EXPECT_EQ(table.step_count(), 2U * 2 + 4 * 1 + 3 * 3);
+  EXPECT_EQ(table.parent(1), CellTable::kNoCell);
+  EXPECT_EQ(table.parent(4), 0U);
+  EXPECT_EQ(table.parent(5), 1U);
+  EXPECT_EQ(table.parent(8), 5U);
+  EXPECT_EQ(table.first_child(2), 6U);
+  EXPECT_EQ(table.child_count(3), 0U);
+  EXPECT_EQ(table.slab_of(5), 1U);
+  EXPECT_EQ(table.step_index(0, 1), 0U);
+  EXPECT_EQ(table.step_index(1, 2), 3U);
+  EXPECT_EQ(table.step_index(2, 1), 4U);
+  EXPECT_EQ(table.step_index(8, 3), 16U);
+}
+
+TEST(CellTable, NeighboursOfOtherSlabsMeanTheirAncestorsOrThemselves) {
+  CellTable table = three_slabs();
+  EXPECT_EQ(list(table.foundations(6)), Cells{2}) << "the parent is known from the start";
+  EXPECT_TRUE(table.peers(6).empty());
+  table.set_neighbours(6, Cells{7, 3, 8, 1});
+  EXPECT_EQ(list(table.peers(6)), (Cells{7, 8}));
+  EXPECT_EQ(list(table.foundations(6)), (Cells{2, 1, 3, 5})) << "parent first; that of 8; the coarser ones";
+  table.set_neighbours(0, Cells{8, 6, 5});
+  EXPECT_EQ(list(table.peers(0)), Cells{1}) << "8 and 5 lie in 1, 6 in the cell itself";
+  EXPECT_TRUE(table.foundations(0).empty());
+  table.set_neighbours(0, {});
+  EXPECT_EQ(list(table.peers(0)), Cells{1}) << "an empty list says nothing";
+}
+
+TEST(CellTable, DependenciesAreTheLayerBefore) {
+  CellTable table = three_slabs();
+  table.set_neighbours(6, Cells{7, 3, 8});
+  using Steps = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+  const auto needs = [&](std::uint32_t cell, std::uint32_t p) {
+    Steps steps;
+    table.for_each_dependency(cell, p, [&](std::uint32_t c, std::uint32_t q) { steps.emplace_back(c, q); });
+    return steps;
+  };
+  EXPECT_EQ(needs(6, 1), (Steps{{2, 1}, {3, 1}, {5, 1}}));
+  EXPECT_EQ(needs(6, 3), (Steps{{6, 2}, {7, 2}, {8, 2}}));
+  EXPECT_EQ(needs(0, 1), Steps{});
+  EXPECT_EQ(needs(2, 1), (Steps{{0, 2}}));
+}
+
+TEST(CellTable, NeighbourListsSurviveAnyNumberOfChanges) {
+  const SlabShape slabs[] = {{200, 3}};
+  CellTable table = *CellTable::create(slabs, {});
+  SeededRandom random(5);
+  std::vector<Cells> expected(200);
+  for (int i = 0; i < 20000; ++i) {
+    const std::uint32_t cell = random.below(200);
+    Cells beside;
+    for (std::uint32_t n = random.below(4); n < 200; n += 1 + random.below(60)) {
+      if (n != cell) beside.push_back(n);
+    }
+    table.set_neighbours(cell, beside);
+    if (!beside.empty()) expected[cell] = beside;
+    const std::uint32_t other = random.below(200);
+    ASSERT_EQ(list(table.peers(other)), expected[other]) << "change " << i;
+  }
+}
+
+TEST(CellTable, SumsFollowEveryChange) {
+  CellTable table = three_slabs();
+  SeededRandom random(9);
+  for (int i = 0; i < 3000; ++i) {
+    const std::uint32_t cell = random.below(9);
+    const std::uint32_t segments = table.segment_count(cell);
+    if (random.one_in(3)) table.set_segment(cell, random.below(segments), {0, random.below(99), random.below(50)});
+    if (random.one_in(2)) {
+      const std::uint32_t begun = random.below(segments + 1);
+      table.set_applied(cell, begun > 0 && random.one_in(2) ? begun - 1 : begun, begun);
+    }
+    if (random.one_in(2)) table.set_held(cell, random.below(segments + 1));
+    std::uint64_t triangles = 0, applied = 0;
+    for (std::uint32_t c = 0; c < 9; ++c) {
+      for (std::uint32_t p = 1; p <= table.begun(c); ++p) {
+        triangles += table.triangles()[table.step_index(c, p)];
+        applied += table.sizes_bytes()[table.step_index(c, p)];
+      }
+    }
+    ASSERT_EQ(table.begun_triangles(), triangles);
+    ASSERT_EQ(table.begun_bytes(), applied);
+    std::uint64_t held = 0;
+    for (std::uint32_t c = 0; c < 9; ++c) {
+      for (std::uint32_t p = 1; p <= table.held(c); ++p) held += table.sizes_bytes()[table.step_index(c, p)];
+    }
+    ASSERT_EQ(table.held_bytes(), held);
+  }
+}
+
+TEST(CellTable, EmptySegmentsCountAsHeldOnceTheirTurnComes) {
+  CellTable table = three_slabs();
+  for (std::uint32_t s = 0; s < 3; ++s) table.set_segment(6, s, {0, s == 1 ? 0U : 10U, 5});
+  EXPECT_EQ(table.held(6), 0U);
+  table.set_held(6, 1);
+  EXPECT_EQ(table.held(6), 2U);
+  EXPECT_EQ(table.held(7), 3U) << "all are empty";
+}
+
+TEST(CellTable, ErrorAfterTheLastSegmentIsThatOfTheChildren) {
+  CellTable table = three_slabs();
+  table.set_segment(0, 0, {8, 1, 1});
+  table.set_segment(0, 1, {7, 1, 1});
+  for (std::uint32_t c = 2; c < 5; ++c) table.set_segment(c, 0, {static_cast<float>(c), 1, 1});
+  EXPECT_EQ(table.error_at(0, 0), 8.0F);
+  EXPECT_EQ(table.error_at(0, 1), 7.0F);
+  EXPECT_EQ(table.error_at(0, 2), 4.0F);
+  EXPECT_EQ(table.error_at(3, 1), 0.0F) << "no children: the original";
+}
+
+TEST(CellTable, InconsistentTablesAreRefused) {
+  const auto refused = [](std::vector<SlabShape> slabs, Cells children) {
+    const auto table = CellTable::create(slabs, children);
+    return !table && table.error().kind == ErrorKind::bad_input && !table.error().message.empty();
+  };
+  EXPECT_TRUE(CellTable::create({}, {}));
+  EXPECT_TRUE(refused({{2, 1}, {2, 1}}, {1}));
+  EXPECT_TRUE(refused({{2, 1}, {2, 1}}, {1, 2}));
+  EXPECT_TRUE(refused({{2, 1}, {2, 1}}, {1, 0}));
+  EXPECT_TRUE(refused({{2, 1}, {2, 1}}, {0xFFFFFFFF, 3}));
+  EXPECT_TRUE(refused({{2, 0}}, {}));
+  EXPECT_TRUE(refused({{2, 251}}, {}));
+  EXPECT_TRUE(refused({{1, 200}, {1, 51}}, {1}));
+  EXPECT_TRUE(refused({{(1U << 22) + 1, 1}}, {}));
+  EXPECT_TRUE(refused({{0xFFFFFFFF, 1}, {0xFFFFFFFF, 1}}, {}));
+
+  const auto first_error = [](std::uint32_t cell, std::uint32_t segment, float error) {
+    CellTable table = three_slabs();
+    for (std::uint32_t c = 0; c < 9; ++c) {
+      for (std::uint32_t s = 0; s < table.segment_count(c); ++s) table.set_segment(c, s, {1, 1, 1});
+    }
+    if (!table.check_errors()) return std::string("refused from the start");
+    table.set_segment(cell, segment, {error, 1, 1});
+    const auto checked = table.check_errors();
+    return checked ? std::string() : checked.error().message;
+  };
+  EXPECT_EQ(first_error(0, 0, 5.0F), "");
+  EXPECT_NE(first_error(0, 1, 1.5F).find("cell 0 segment 1"), std::string::npos) << "rises in the cell";
+  EXPECT_NE(first_error(2, 0, 1.5F).find("cell 2 segment 0"), std::string::npos) << "rises to the child";
+  EXPECT_NE(first_error(8, 2, -1.0F).find("cell 8 segment 2"), std::string::npos);
+  EXPECT_NE(first_error(1, 0, NAN).find("cell 1 segment 0"), std::string::npos);
+  EXPECT_NE(first_error(1, 0, INFINITY).find("cell 1 segment 0"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace fanstream
