@@ -24,6 +24,28 @@ struct FanWalk {
     const LinkedFans::CornerId at = go_eight(fans.corners(), fans.corner(v), 0);
     if (size > 8) go_eight(fans.corners(), at, 8);
   }
+  // Several fans at once, step by step: each step waits for the memory's answer to the one before.
+  template <std::size_t count>
+  static void go_around(const LinkedFans& fans, const std::array<VertexId, count>& vertices,
+                        const std::array<FanWalk*, count>& walks) {
+    const LinkedFans::Corner* const all = fans.corners();
+    std::array<LinkedFans::CornerId, count> at;
+    for (std::size_t j = 0; j < count; ++j) {
+      walks[j]->size = fans.ring_size(vertices[j]);
+      at[j] = fans.corner(vertices[j]);
+    }
+    for (std::size_t i = 0; i < 8; ++i) {
+      for (std::size_t j = 0; j < count; ++j) {
+        const LinkedFans::Corner c = all[at[j]];
+        walks[j]->ids[i] = c.neighbour;
+        walks[j]->corners[i] = at[j];
+        at[j] = c.next;
+      }
+    }
+    for (std::size_t j = 0; j < count; ++j) {
+      if (walks[j]->size > 8) walks[j]->go_eight(all, at[j], 8);
+    }
+  }
 
  private:
   LinkedFans::CornerId go_eight(const LinkedFans::Corner* all, LinkedFans::CornerId corner, std::size_t from) {

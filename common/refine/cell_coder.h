@@ -63,10 +63,21 @@ inline void add_roots(const FanState& state, const CellVertices& vertices, std::
   coding.root_count = static_cast<std::size_t>(root - coding.roots.data());
 }
 
-// Goes around a root of a generation. Returns kOutside if it has all its neighbours as the encoder saw them, and so it
-// stays until it is split; else a vertex, of another cell, that still has to be split in a coarser generation.
-inline VertexId go_around(const FanState& state, std::uint32_t generation, CellCoding::Root& root) {
-  root.walk.go_around(state.fans, root.vertex);
+// Goes around the roots from number `first` on.
+inline void go_around_roots(const FanState& state, CellCoding& coding, std::size_t first) {
+  constexpr std::size_t kTogether = 4;
+  std::size_t i = first;
+  for (; i + kTogether <= coding.root_count; i += kTogether) {
+    CellCoding::Root* const r = coding.roots.data() + i;
+    FanWalk::go_around<kTogether>(state.fans, {r[0].vertex, r[1].vertex, r[2].vertex, r[3].vertex},
+                                  {&r[0].walk, &r[1].walk, &r[2].walk, &r[3].walk});
+  }
+  for (; i < coding.root_count; ++i) coding.roots[i].walk.go_around(state.fans, coding.roots[i].vertex);
+}
+
+// Returns kOutside if a root of a generation, which has been gone around, has all its neighbours as the encoder saw them,
+// and so it stays until it is split; else a vertex, of another cell, that still has to be split in a coarser generation.
+inline VertexId find_lagging(const FanState& state, std::uint32_t generation, const CellCoding::Root& root) {
   VertexId lagging = kOutside;
   const auto look = [&](VertexId w) {
     if (w != kOutside && state.vertices[w].context.next < generation) lagging = w;
@@ -84,7 +95,7 @@ inline void find_roots(const FanState& state, const CellVertices& vertices, std:
                        CellCoding& coding) {
   const std::size_t first = coding.root_count;
   add_roots(state, vertices, generation, coding);
-  for (std::size_t i = first; i < coding.root_count; ++i) go_around(state, generation, coding.roots[i]);
+  go_around_roots(state, coding, first);
 }
 
 namespace detail {

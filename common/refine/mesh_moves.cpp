@@ -15,9 +15,10 @@ bool ProgressiveMesh::prepare_generation(std::uint32_t cell_number, Work& work) 
   const std::uint32_t generation = cells_[cell_number].done + 1U;
   const std::size_t first = coding_.root_count;
   add_roots(state_, cells_[cell_number].live->vertices, generation, coding_);
+  go_around_roots(state_, coding_, first);
   for (std::size_t i = first; i < coding_.root_count; ++i) {
     for (;;) {
-      const VertexId vertex = go_around(state_, generation, coding_.roots[i]);
+      const VertexId vertex = find_lagging(state_, generation, coding_.roots[i]);
       if (vertex == kOutside) break;
       const std::uint32_t lagging = state_.cells[vertex];
       const std::uint32_t before = cells_[lagging].done;
@@ -27,6 +28,7 @@ bool ProgressiveMesh::prepare_generation(std::uint32_t cell_number, Work& work) 
         coding_.root_count = first;
         return false;
       }
+      go_around_roots(state_, coding_, i);
     }
   }
   return true;

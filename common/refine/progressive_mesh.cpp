@@ -210,7 +210,13 @@ struct NotedSplits {
   SplitUndo* undo;  // by the vertex made
 
   void describe(SplitInProgress& /*split*/) const {}
-  void made(const SplitUndo& split, VertexId added) const { undo[added] = split; }
+  void made(const SplitUndo& split, VertexId added) const {
+    SplitUndo& noted = undo[added];  // member by member, or they would be gathered in memory first
+    noted.root = split.root;
+    noted.root_corner = split.root_corner;
+    noted.root_context = split.root_context;
+    noted.parent = split.parent;
+  }
 };
 
 }  // namespace
