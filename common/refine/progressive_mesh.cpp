@@ -326,6 +326,32 @@ std::uint32_t ProgressiveMesh::applied_prefix(std::uint32_t cell) const {
   return layer - head_->layer_begin(slab);
 }
 
+std::uint32_t ProgressiveMesh::begun_prefix(std::uint32_t cell) const {
+  const std::uint32_t whole = applied_prefix(cell);
+  if (!cells_[cell].live) return whole;
+  const std::uint32_t layer = head_->layer_begin(index_->cells[cell].slab) + whole;
+  const bool begun = layer < head_->layer_ends.size() && cells_[cell].done >= head_->first_generation(layer);
+  return begun && whole < index_->cells[cell].segment_count ? whole + 1 : whole;
+}
+
+void ProgressiveMesh::find_blocking(std::uint32_t cell_number, std::vector<std::uint32_t>& found) const {
+  found.clear();
+  const CellProgress& cell = cells_[cell_number];
+  const std::uint32_t end = slab_end(index_->cells[cell_number].slab);
+  if (cell.done >= end) return;
+  const std::uint32_t last = head_->layer_ends[layer_of(cell.done + 1U)];
+  for (std::uint32_t i = 0; i < cell.live->vertices.count(); ++i) {
+    const VertexId v = cell.live->vertices.at(i);
+    const std::uint32_t next = state_.vertices[v].context.next;
+    if (next > last) continue;
+    state_.fans.for_each_neighbour(v, [&](VertexId w) {
+      if (state_.vertices[w].context.next < next && state_.cells[w] != cell_number) found.push_back(state_.cells[w]);
+    });
+  }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+}
+
 std::uint32_t ProgressiveMesh::complete_generation() const {
   std::uint32_t least = head_->generation_count();
   for (std::uint32_t c = 0; c < cells_.size(); ++c) {

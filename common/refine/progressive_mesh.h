@@ -106,10 +106,14 @@ class ProgressiveMesh {
   std::uint32_t target(std::uint32_t cell) const { return cells_[cell].target; }
   std::uint32_t held_prefix(std::uint32_t cell) const { return held_.prefix(cell); }
   std::uint32_t applied_prefix(std::uint32_t cell) const;  // whole segments
+  std::uint32_t begun_prefix(std::uint32_t cell) const;    // those of which the first generation is applied
   // The finest generation applied; 0 for a cell whose parent is not complete.
   std::uint32_t applied_generation(std::uint32_t cell) const { return cells_[cell].live ? cells_[cell].done : 0; }
   // The live cells that own a neighbour of one of a live cell's vertices, in no order.
   std::span<const std::uint32_t> neighbours(std::uint32_t cell) const { return cells_[cell].live->neighbours; }
+  // The cells that hold up the next segment of a live cell, as far as its vertices tell already: they own a neighbour
+  // of a vertex that is split in one of the segment's generations, and have to split it before. In no order.
+  void find_blocking(std::uint32_t cell, std::vector<std::uint32_t>& found) const;
   // Of a live cell. Computed when it is asked for, and again only after the cell or a neighbour has changed.
   const CellBounds& bounds(std::uint32_t cell) const;
   // The cells of which live or not, prefixes, neighbours or bounds may have changed since the last call, each once, in

@@ -1,0 +1,147 @@
+#include "client/session/view_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace fanstream {
+namespace {
+
+// A sphere around two.
+void enclose(CellExtent& extent, const glm::dvec3& center, double radius) {
+  const glm::dvec3 offset = center - extent.center;
+  const double distance = glm::length(offset);
+  if (distance + radius <= extent.radius) return;
+  if (distance + extent.radius <= radius) {
+    extent.center = center;
+    extent.radius = radius;
+    return;
+  }
+  const double both = 0.5 * (distance + radius + extent.radius);
+  extent.center += offset * ((both - extent.radius) / distance);
+  extent.radius = both * (1.0 + 1e-12);
+}
+
+}  // namespace
+
+ViewModel::ViewModel(std::shared_ptr<const AssetHead> head) : mesh_(std::move(head), MeshMemory::live_part) {}
+
+Result<void> ViewModel::set_index(std::shared_ptr<const AssetIndex> index) {
+  const AssetHead& head = mesh_.head();
+  std::vector<SlabShape> slabs(head.slab_ends.size());
+  std::vector<std::uint32_t> child_counts;
+  for (std::uint32_t s = 0; s < slabs.size(); ++s) slabs[s].layer_count = head.slab_ends[s] - head.layer_begin(s);
+  for (const CellEntry& cell : index->cells) {
+    ++slabs[cell.slab].cell_count;
+    if (cell.slab + 1U < slabs.size()) child_counts.push_back(cell.child_count);
+  }
+  Result<CellTable> table = CellTable::create(slabs, child_counts);
+  if (!table) return tl::unexpected(table.error());
+  table_ = std::move(*table);
+  mesh_.set_index(std::move(index));
+  mesh_.set_all_targets(0);
+  fill_table();
+  if (Result<void> checked = table_.check_errors(); !checked) return checked;
+  targets_.assign(mesh_.index().cells.size(), 0);
+  planner_ = std::make_unique<Planner>(table_);
+  return {};
+}
+
+// What does not change. How many splits a segment has is known before it is decoded only by its share of the bytes.
+void ViewModel::fill_table() {
+  const AssetHead& head = mesh_.head();
+  const AssetIndex& index = mesh_.index();
+  table_.set_base(head.base.triangles.size(), 0);
+  for (std::uint32_t slab = 0; slab < head.slab_ends.size(); ++slab) {
+    for (std::uint32_t layer = head.layer_begin(slab); layer < head.slab_ends[slab]; ++layer) {
+      const std::uint32_t generations = head.layer_ends[layer] - head.first_generation(layer) + 1;
+      table_.set_layer_generations(slab, layer - head.layer_begin(slab), generations);
+    }
+  }
+  for (std::uint32_t c = 0; c < index.cells.size(); ++c) {
+    const CellEntry& cell = index.cells[c];
+    const std::span<const SegmentEntry> segments = std::span(index.segments).subspan(cell.first_segment, cell.segment_count);
+    std::uint64_t bytes = 0;
+    for (const SegmentEntry& s : segments) bytes += s.size_bytes;
+    for (std::uint32_t s = 0; s < segments.size(); ++s) {
+      const double share = bytes == 0 ? 0.0 : static_cast<double>(segments[s].size_bytes) / static_cast<double>(bytes);
+      const auto triangles = static_cast<std::uint32_t>(std::lround(2.0 * share * cell.split_count));
+      const auto error = static_cast<float>(error_from_code(segments[s].error_code, head.grid.step()));
+      table_.set_segment(c, s, {error, segments[s].size_bytes, triangles});
+    }
+  }
+}
+
+Result<void> ViewModel::add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes) {
+  return mesh_.add_segment(cell, segment, bytes);
+}
+
+// Around all that the cell has ever covered, and as far around it as the original may be: so it holds the cell's part
+// of the original whatever comes, and comes to rest.
+void ViewModel::update_extent(std::uint32_t cell) {
+  const CellBounds& bounds = mesh_.bounds(cell);
+  if (bounds.radius < 0.0) return;
+  const CellEntry& entry = mesh_.index().cells[cell];
+  const double radius = bounds.radius + table_.error_at(cell, table_.applied(cell));
+  CellExtent extent{bounds.centre, radius, glm::dvec3(entry.cone_axis), entry.cone_cosine};
+  if (table_.extent_known(cell)) {
+    const CellExtent& before = table_.extent(cell);
+    extent.center = before.center;
+    extent.radius = before.radius;
+    enclose(extent, bounds.centre, radius);
+    if (extent.center == before.center && extent.radius == before.radius) return;
+  }
+  table_.set_extent(cell, extent);
+}
+
+void ViewModel::update_table() {
+  std::vector<std::uint32_t> blocking;
+  for (const std::uint32_t c : mesh_.take_changed_cells()) {
+    table_.set_held(c, mesh_.held_prefix(c));
+    table_.set_applied(c, mesh_.applied_prefix(c), mesh_.begun_prefix(c));
+    if (!mesh_.is_live(c)) continue;
+    update_extent(c);
+    // What has once held up a cell is kept: coarsening it would take the cell along.
+    mesh_.find_blocking(c, blocking);
+    if (blocking.empty()) continue;
+    const auto peers = table_.peers(c);
+    const auto foundations = table_.foundations(c);
+    blocking.insert(blocking.end(), peers.begin(), peers.end());
+    blocking.insert(blocking.end(), foundations.begin(), foundations.end());
+    table_.set_neighbours(c, blocking);
+  }
+}
+
+const Plan& ViewModel::plan(const View& view, const PlanOptions& options) {
+  update_table();
+  plan_ = &planner_->plan(view, options);
+  return *plan_;
+}
+
+std::vector<CellRun> ViewModel::wants() const {
+  std::vector<CellPrefix> list;
+  list.reserve(plan_->wants.size());
+  for (const Want& want : plan_->wants) list.push_back({want.cell, want.prefix});
+  return to_runs(list);
+}
+
+MeshMove ViewModel::apply(std::uint64_t split_budget) {
+  std::vector<CellTarget> changed;
+  for (std::uint32_t c = 0; c < targets_.size(); ++c) {
+    if (targets_[c] == plan_->targets[c]) continue;
+    targets_[c] = plan_->targets[c];
+    changed.push_back({c, targets_[c]});
+  }
+  return mesh_.move_to(changed, split_budget);
+}
+
+std::vector<CellRun> ViewModel::evict() {
+  std::vector<CellPrefix> released;
+  for (const Eviction& eviction : plan_->evictions) {
+    if (mesh_.release_segments(eviction.cell, eviction.keep_prefix) == 0) continue;
+    released.push_back({eviction.cell, mesh_.held_prefix(eviction.cell)});
+  }
+  return to_runs(released);
+}
+
+}  // namespace fanstream

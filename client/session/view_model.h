@@ -1,0 +1,65 @@
+// A model that follows a view: the mesh, what the planner knows of its cells, and the plan. Pure logic, like the parts
+// it is made of: who brings the segments, and when, is not known here.
+//
+//   ViewModel model(head);               // FM0 can be drawn
+//   model.set_index(index);
+//   for (;;) {
+//     const Plan& plan = model.plan(view, options);
+//     stream.want(model.wants());
+//     ... model.add_segment(...) for what arrives ...
+//     model.apply(split_budget);
+//     stream.release(model.evict());
+//   }
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "client/view/planner.h"
+#include "common/refine/progressive_mesh.h"
+#include "protocol/runs.h"
+
+namespace fanstream {
+
+// No I/O, threads or clocks. Not thread safe; distinct objects are independent.
+class ViewModel {
+ public:
+  explicit ViewModel(std::shared_ptr<const AssetHead> head);
+  ViewModel(const ViewModel&) = delete;
+  ViewModel& operator=(const ViewModel&) = delete;
+
+  // Call once. Fails (bad_input) where the index's bounds make no sense, which its reader lets pass.
+  Result<void> set_index(std::shared_ptr<const AssetIndex> index);
+  bool has_index() const { return planner_ != nullptr; }
+
+  // As of ProgressiveMesh. A segment that does not come next in its cell is kept for when it does.
+  Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
+
+  // Precondition of all that follow: has_index().
+  //
+  // What to apply, fetch and forget for this view, from how things stand. Valid until the next call.
+  const Plan& plan(const View& view, const PlanOptions& options);
+  // The plan's wants, packed.
+  std::vector<CellRun> wants() const;
+  // Refines and coarsens towards the plan's targets with what is held, at most about so many splits.
+  MeshMove apply(std::uint64_t split_budget = ProgressiveMesh::kNoBudget);
+  // Forgets the segments that the plan gives up. Returns what to tell the stream.
+  std::vector<CellRun> evict();
+
+  const ProgressiveMesh& mesh() const { return mesh_; }
+  const CellTable& table() const { return table_; }
+  const Plan& current_plan() const { return *plan_; }
+
+ private:
+  void fill_table();
+  void update_table();
+  void update_extent(std::uint32_t cell);
+
+  ProgressiveMesh mesh_;
+  CellTable table_;
+  std::unique_ptr<Planner> planner_;
+  const Plan* plan_ = nullptr;
+  std::vector<std::uint8_t> targets_;  // those that the mesh has been told
+};
+
+}  // namespace fanstream
