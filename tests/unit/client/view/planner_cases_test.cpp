@@ -301,5 +301,46 @@ TEST(Planner, BudgetOfAStillCameraNeverOscillates) {
   }
 }
 
+TEST(Planner, BudgetIsUsedOnceItIsKnownWhereCellsAre) {
+  // At first all cells count as being as near as their parents, and the budget seems to buy little.
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    CellWorld world = middling_world(seed);
+    Planner planner(world.table());
+    PlanOptions options;
+    options.tolerance_px = 0.1;
+    options.max_triangles = 2000 + 500 * seed;
+    const Plan& rest = settle(world, planner, side_view(), options);
+    Planner fresh(world.table());
+    EXPECT_GE(1.05 * rest.triangles, fresh.plan(side_view(), options).planned_triangles);
+  }
+}
+
+TEST(Planner, ParentsAreNotEvictedUnderTheirChildren) {
+  const SlabShape slabs[] = {{1, 1}, {1, 1}};
+  const std::uint32_t children[] = {1};
+  CellTable table = *CellTable::create(slabs, children);
+  for (std::uint32_t c = 0; c < 2; ++c) {
+    table.set_segment(c, 0, {0.1F, 1000, 0});
+    table.set_held(c, 1);
+  }
+  table.set_extent(0, {{0, 0, 1e6}, 1.0});  // out of sight, so that by itself it is worth less than its child
+  table.set_extent(1, {{0, 0, 0}, 0.1});
+  PlanOptions options;
+  options.tolerance_px = 1e6;
+  options.max_memory_bytes = 1500;
+  Planner planner(table);
+  const Plan& plan = planner.plan(side_view(), options);
+  ASSERT_EQ(plan.evictions.size(), 2U) << "both are of equal worth";
+  options.max_memory_bytes = 999;
+  EXPECT_EQ(planner.plan(side_view(), options).evictions.size(), 2U);
+  table.set_segment(1, 0, {0.05F, 1000, 0});
+  table.set_extent(0, {{0, 0, 0}, 0.1});
+  options.max_memory_bytes = 1500;
+  const Plan& one = planner.plan(side_view(), options);
+  ASSERT_EQ(one.evictions.size(), 1U);
+  EXPECT_EQ(one.evictions[0].cell, 1U);
+}
+
 }  // namespace
 }  // namespace fanstream

@@ -367,6 +367,11 @@ void Situation::has_no_memory() {
     const Plan& plan = old.plan(view_, options_);
     expect_same(plan, Planner(table()).plan(view_, options_));
     if (random_.one_in(2)) follow(world_, plan, random_);
+    if (const std::uint32_t c = random_.below(table().cell_count()); random_.one_in(3) && table().extent_known(c)) {
+      CellExtent extent = table().extent(c);
+      extent.radius *= 0.5 + random_.unit();
+      world_.table().set_extent(c, extent);
+    }
   }
 }
 

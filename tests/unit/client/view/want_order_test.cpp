@@ -138,6 +138,20 @@ TEST(WantOrder, CellsThatDoNotExistYetCountLess) {
   EXPECT_EQ(row.cells(), (Cells{1, 0}));
 }
 
+TEST(WantOrder, WhatDoesNotExistYetComesBeforeWhatNeedsIt) {
+  Row row(3, 2);
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    row.set(c, 1, 0.01F, 100);
+    row.set(c, 2, 0.005F, 100);
+  }
+  row.held = {1, 0, 0};
+  row.targets = {2, 1, 1};
+  row.live[1] = 0;
+  row.thresholds = {4.5F, 4.5F, 3.0F, 4.5F, 0.0F, 0.0F};  // by layer, then by cell
+  row.judgements[2].area_px = 1000.0;
+  EXPECT_EQ(row.cells(), (Cells{1, 0, 2})) << "1 is of a lower band by itself";
+}
+
 TEST(WantOrder, EmptySegmentsAreNotAskedForAndNumbersMayBeExtreme) {
   Row row(3, 2);
   row.targets.assign(3, 2);
