@@ -28,6 +28,7 @@ class FileSource final : public ModelSource {
     received_bytes_ += asset_->index().size();
     return asset_->index();
   }
+  Result<void> use_index(const AssetIndex&) override { return {}; }
   Result<void> want(const std::vector<OrderedSegment>& order, std::size_t end) override {
     order_ = &order;
     end_ = std::min(end, order.size());
@@ -42,7 +43,7 @@ class FileSource final : public ModelSource {
     return Next(asset_->segment(wanted.cell, wanted.segment));
   }
   std::uint64_t received_bytes() const override { return received_bytes_; }
-  std::uint64_t cost_bytes(const OrderedSegment& segment) const override { return segment.size_bytes; }
+  std::uint64_t cost_bytes(std::uint64_t, std::uint64_t bytes) const override { return bytes; }
   std::uint64_t slack_bytes() const override { return 0; }
 
  private:
@@ -55,12 +56,6 @@ class FileSource final : public ModelSource {
   std::size_t end_ = 0;
   std::uint64_t received_bytes_ = 0;
 };
-
-std::uint64_t varint_bytes(std::uint64_t value) {
-  std::uint64_t count = 1;
-  for (; value >= 0x80; value >>= 7U) ++count;
-  return count;
-}
 
 class ServerSource final : public ModelSource {
  public:
@@ -77,10 +72,11 @@ class ServerSource final : public ModelSource {
   Digest digest() const override { return opened_.digest; }
   Result<std::span<const std::byte>> head() override { return client_.receive_head(); }
   Result<std::span<const std::byte>> index() override { return client_.receive_index(); }
+  Result<void> use_index(const AssetIndex& index) override { return client_.set_segment_table(segment_table(index)); }
   Result<void> want(const std::vector<OrderedSegment>& order, std::size_t end) override;
   Result<std::optional<std::span<const std::byte>>> next_segment() override;
   std::uint64_t received_bytes() const override { return client_.session().received_bytes(); }
-  std::uint64_t cost_bytes(const OrderedSegment& segment) const override;
+  std::uint64_t cost_bytes(std::uint64_t segments, std::uint64_t bytes) const override;
   std::uint64_t slack_bytes() const override { return 64; }
 
  private:
@@ -94,10 +90,6 @@ class ServerSource final : public ModelSource {
 };
 
 Result<void> ServerSource::want(const std::vector<OrderedSegment>& order, std::size_t end) {
-  if (order.size() != opened_.segment_total) {
-    return fail(ErrorKind::bad_input, name_ + ": the index has " + std::to_string(order.size()) +
-                                          " segments, the server said " + std::to_string(opened_.segment_total));
-  }
   order_ = &order;
   end_ = std::min(end, order.size());
   if (next_ == end_) return {};
@@ -110,6 +102,10 @@ Result<void> ServerSource::want(const std::vector<OrderedSegment>& order, std::s
 Result<std::optional<std::span<const std::byte>>> ServerSource::next_segment() {
   using Next = std::optional<std::span<const std::byte>>;
   while (next_ < end_) {
+    if ((*order_)[next_].size_bytes == 0) {  // never sent
+      ++next_;
+      return Next(std::span<const std::byte>());
+    }
     Result<std::optional<ClientEvent>> event = client_.next_event(kWaitMs);
     if (!event) return tl::unexpected(event.error());
     if (!*event) continue;
@@ -130,12 +126,9 @@ Result<std::optional<std::span<const std::byte>>> ServerSource::next_segment() {
   return Next();
 }
 
-// Frame header, checksum and fields as in PROTOCOL.md; long segments come in parts.
-std::uint64_t ServerSource::cost_bytes(const OrderedSegment& segment) const {
-  const std::uint64_t fixed = kFrameHeaderBytes + 4 + varint_bytes(segment.cell) + varint_bytes(segment.segment);
-  if (segment.size_bytes <= kMaxChunkBytes) return fixed + segment.size_bytes;
-  const std::uint64_t parts = (segment.size_bytes + kMaxChunkBytes - 1) / kMaxChunkBytes;
-  return parts * (fixed + 2 * varint_bytes(segment.size_bytes)) + segment.size_bytes;
+// At worst every second cell has no such segment, and each starts a run of its own; and frames are half full.
+std::uint64_t ServerSource::cost_bytes(std::uint64_t segments, std::uint64_t bytes) const {
+  return bytes + 2 * segments + bytes / 128;
 }
 
 Result<std::unique_ptr<ModelSource>> open_on_server(const std::string& text, const SourceOptions& options) {

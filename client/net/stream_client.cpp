@@ -252,6 +252,12 @@ Result<Bytes> StreamClient::receive_index() {
 Result<std::uint32_t> StreamClient::set_wants(std::vector<CellRun> runs) {
   return impl_->session.set_wants(std::move(runs));
 }
+Result<void> StreamClient::set_segment_table(std::shared_ptr<const SegmentTable> table) {
+  if (!impl_->session.index_complete()) return fail(ErrorKind::usage, "the index has not been received");
+  Result<void> set = impl_->session.set_segment_table(std::move(table));
+  if (!set) return tl::unexpected<Error>(impl_->located(set.error()));
+  return set;
+}
 Result<void> StreamClient::release(const std::vector<CellRun>& runs) { return impl_->session.release(runs); }
 
 Result<std::optional<ClientEvent>> StreamClient::next_event(TimeMs timeout_ms) {
