@@ -13,7 +13,7 @@ constexpr TimeMs kAwayMs = 2'000;  // a gap between ticks above this is the driv
 
 ClientSession::ClientSession(const ClientSessionOptions& options, TimeMs now_ms)
     : options_(options), last_tick_ms_(now_ms), last_progress_ms_(now_ms), last_received_ms_(now_ms) {
-  assert(options.window_bytes >= 2 * kMaxChunkBytes);
+  assert(options.window_bytes >= 3 * kMaxChunkBytes / 2);
   reader_.restrict_to(FrameType::welcome);
   encode(Hello{options.version_min, options.version_max, 0}, output_);
 }

@@ -24,8 +24,10 @@ namespace fanstream {
 struct ClientSessionOptions {
   std::uint16_t version_min = kProtocolVersionMin;
   std::uint16_t version_max = kProtocolVersionMax;
-  // Blob bytes the server may have under way to us. Precondition: at least 2 * kMaxChunkBytes. Memory and lateness
-  // against throughput: bandwidth times round trip is needed (4 MiB: 100 ms at 330 Mbit/s).
+  // Blob bytes the server may have under way to us. Precondition: at least 3/2 * kMaxChunkBytes. Memory and lateness
+  // against throughput: bandwidth times round trip is needed (4 MiB: 100 ms at 330 Mbit/s), and four thirds of it, since
+  // credit is granted again by quarters; after a change of wants at most so much of the old ones still arrives, whatever
+  // queues the network has.
   std::uint32_t window_bytes = 4U << 20;
   std::uint64_t max_head_bytes = 256ULL << 20;  // head and index, each: larger ones are refused before they arrive
   TimeMs stall_timeout_ms = 30'000;             // something is awaited and nothing of it comes
