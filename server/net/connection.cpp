@@ -145,7 +145,6 @@ void Connection::write_some() {
   if (!take_input()) return;
   std::array<Bytes, 64> buffers;                // as many as Asio passes on in one write
   thread_local std::vector<std::byte> scratch;  // needed only until the bytes are in the socket
-  const std::uint64_t segments_before = session_.sent_segments();
   for (int i = 0; i < kWritesPerTurn && session_.wants_to_send(); ++i) {
     if (i > 0 && !holds_little_unsent()) break;
     const std::size_t count = session_.next_write(buffers, scratch);
@@ -158,12 +157,13 @@ void Connection::write_some() {
     }
     asio::error_code error;
     const std::size_t size = socket_.write_some(gather_, error);
+    const std::uint64_t segments_before = session_.sent_segments();
     session_.written(size, now_ms());
     shared_.counters.sent_bytes += size;
+    shared_.counters.sent_segments += session_.sent_segments() - segments_before;
     if (error && !would_block(error)) return end();
     if (size < total_bytes) break;
   }
-  shared_.counters.sent_segments += session_.sent_segments() - segments_before;
   pump();
 }
 

@@ -68,6 +68,12 @@ class StreamServerTest : public testing::Test {
     EXPECT_TRUE(received.complete());
   }
 
+  void wait_until_all_have_gone() const {
+    for (int i = 0; i < 1000 && server->metrics().sessions_open > 0; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+
   // Until the newest list is served, at most max_segments, or an error.
   static std::optional<Error> receive(StreamClient& client, ReceivedModel& received,
                                       std::uint64_t max_segments = ~0ULL) {
@@ -101,6 +107,7 @@ TEST_F(StreamServerTest, TwoHundredClientsAtOnceAllReceiveTheModelExactly) {
   EXPECT_EQ(report.distinct_contents, 1U);
   EXPECT_EQ(report.segments, 200 * source->nonempty_total());
   expect_exact();
+  wait_until_all_have_gone();  // then everything is counted
   EXPECT_EQ(server->metrics().sessions_total, 201U);
   EXPECT_EQ(server->metrics().sent_segments, 201 * source->nonempty_total());
   EXPECT_EQ(server->metrics().sessions_failed, 0U);
@@ -279,9 +286,7 @@ TEST_F(StreamServerTest, ClientsThatVanishMidStreamLeaveNothingBehind) {
     }
   }
   expect_exact();
-  for (int i = 0; i < 1000 && server->metrics().sessions_open > 0; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  wait_until_all_have_gone();
   EXPECT_EQ(server->metrics().sessions_open, 0U);
 }
 
