@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "client/model/source_place.h"
 #include "common/asset/asset_file.h"
 
 namespace fanstream {
@@ -131,33 +132,24 @@ std::uint64_t ServerSource::cost_bytes(std::uint64_t segments, std::uint64_t byt
   return bytes + 2 * segments + bytes / 128;
 }
 
-Result<std::unique_ptr<ModelSource>> open_on_server(const std::string& text, const SourceOptions& options) {
-  const Result<ServerAddress> address = parse_server_address(text);
-  if (!address) return tl::unexpected(address.error());
-  if (address->model.empty()) {
-    return fail(ErrorKind::usage,
-                "'" + text + "': names no model; expected HOST:PORT/MODEL, see fanstream-client list " + text);
-  }
-  Result<StreamClient> client = StreamClient::connect(*address, options.client);
+Result<std::unique_ptr<ModelSource>> open_on_server(const ServerAddress& address, const SourceOptions& options) {
+  Result<StreamClient> client = StreamClient::connect(address, options.client);
   if (!client) return tl::unexpected(client.error());
-  Result<Opened> opened = client->open(address->model, options.on_building);
+  Result<Opened> opened = client->open(address.model, options.on_building);
   if (!opened) {
     Error error = opened.error();
-    if (error.kind == ErrorKind::not_found) error.message += "; see fanstream-client list " + address->text();
+    if (error.kind == ErrorKind::not_found) error.message += "; see fanstream-client list " + address.text();
     return tl::unexpected(std::move(error));
   }
-  return std::make_unique<ServerSource>(std::move(*client), std::move(*opened), address->model);
+  return std::make_unique<ServerSource>(std::move(*client), std::move(*opened), address.model);
 }
 
 }  // namespace
 
 Result<std::unique_ptr<ModelSource>> ModelSource::open(const std::string& text, const SourceOptions& options) {
-  std::error_code ignored;
-  const bool exists = fs::exists(text, ignored);
-  if (!exists && text.find(':') != std::string::npos) return open_on_server(text, options);
-  if (!exists) {
-    return fail(ErrorKind::not_found, text + ": no such file; for a model on a server write HOST:PORT/MODEL");
-  }
+  const Result<SourcePlace> place = locate_source(text);
+  if (!place) return tl::unexpected(place.error());
+  if (place->server) return open_on_server(*place->server, options);
   Result<std::shared_ptr<const AssetFile>> asset = AssetFile::open(text);
   if (!asset) return tl::unexpected(asset.error());
   return std::make_unique<FileSource>(std::move(*asset), text, options.client.stop);

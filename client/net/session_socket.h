@@ -5,12 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "client/net/server_address.h"
+#include "client/net/stream_client.h"
 #include "protocol/client_session.h"
 
 namespace fanstream {
-
-TimeMs steady_now_ms();
 
 // Errors name host:port. Not thread safe.
 class SessionSocket {

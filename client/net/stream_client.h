@@ -17,6 +17,8 @@
 
 namespace fanstream {
 
+TimeMs steady_now_ms();
+
 struct StreamClientOptions {
   TimeMs connect_timeout_ms =
       10'000;  // until the server's welcome; looking up a host name takes as long as the system lets it
