@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace fanstream {
 namespace {
@@ -12,7 +13,7 @@ constexpr TimeMs kAwayMs = 2'000;  // a gap between ticks above this is the driv
 
 ClientSession::ClientSession(const ClientSessionOptions& options, TimeMs now_ms)
     : options_(options), last_tick_ms_(now_ms), last_progress_ms_(now_ms), last_received_ms_(now_ms) {
-  assert(options.window_bytes >= 2 * kMaxChunkBytes);
+  assert(options.window_bytes >= 3 * kMaxChunkBytes / 2);
   reader_.restrict_to(FrameType::welcome);
   encode(Hello{options.version_min, options.version_max, 0}, output_);
 }
@@ -46,8 +47,38 @@ Result<std::uint32_t> ClientSession::set_wants(std::vector<CellRun> runs) {
   if (set_epoch_ == 0xFFFFFFFFU) return fail(ErrorKind::limit, "a session takes 2^32 - 1 lists of wants");
   if (!wants_outstanding()) progressed_ = true;
   wants_frame_.clear();
+  note_wanted(runs);
   encode(Wants{++set_epoch_, std::move(runs)}, wants_frame_);
   return set_epoch_;
+}
+
+// What may arrive from now on. A list may be set before it is known which cells there are.
+void ClientSession::note_wanted(const std::vector<CellRun>& runs) {
+  if (!model_) {
+    early_wants_many_ = early_wants_many_ || early_wants_.size() + runs.size() > 4 * kMaxRuns;
+    if (!early_wants_many_) early_wants_.insert(early_wants_.end(), runs.begin(), runs.end());
+    return;
+  }
+  for (const CellRun& run : runs) {
+    const std::uint64_t end = std::min<std::uint64_t>(std::uint64_t{run.first_cell} + run.cell_count, wanted_.size());
+    for (std::uint64_t cell = run.first_cell; cell < end; ++cell) wanted_[cell] = std::max(wanted_[cell], run.prefix);
+  }
+}
+
+Result<void> ClientSession::set_segment_table(std::shared_ptr<const SegmentTable> table) {
+  assert(index_told_ && table);
+  if (table->cell_count() != held_.size() || table->segment_total() != model_->segment_total) {
+    return fail(ErrorKind::bad_input, "the index has " + std::to_string(table->cell_count()) + " cells with " +
+                                          std::to_string(table->segment_total()) + " segments, the server said " +
+                                          std::to_string(held_.size()) + " with " +
+                                          std::to_string(model_->segment_total));
+  }
+  table_ = std::move(table);
+  for (std::uint32_t cell = 0; cell < held_.size(); ++cell) {
+    held_[cell] = std::min(held_[cell], table_->segment_count(cell));
+    sent_[cell] = std::min(sent_[cell], table_->segment_count(cell));
+  }
+  return {};
 }
 
 Result<void> ClientSession::release(const std::vector<CellRun>& runs) {
@@ -66,11 +97,11 @@ Result<void> ClientSession::release(const std::vector<CellRun>& runs) {
   const std::vector<CellRun> packed = to_runs(dropped);
   if (packed.empty()) return {};
   if (Result<void> valid = check_runs(packed); !valid) return valid;
-  for (const CellPrefix& entry : dropped) {
-    held_[entry.cell] = entry.prefix;
-    released_[entry.cell] = true;
-  }
+  if (releases_made_ == 0xFFFFFFFFU) return fail(ErrorKind::limit, "a session takes 2^32 - 1 releases");
+  for (const CellPrefix& entry : dropped) held_[entry.cell] = entry.prefix;
   encode(Release{packed}, output_);
+  releases_.push_back(packed);
+  ++releases_made_;
   return {};
 }
 
@@ -96,9 +127,14 @@ ClientEvent ClientSession::fail_with(ErrorKind kind, std::string message) {
   return event::Failed{*failure_};
 }
 
+Error ClientSession::unexpected_error(FrameType type, std::string_view why) const {
+  return {ErrorKind::bad_input, "the server sent " + name(type) + " " + std::string(why) + " (before stream byte " +
+                                    std::to_string(reader_.offset_bytes()) + ")"};
+}
+
 ClientEvent ClientSession::unexpected(FrameType type, std::string_view why) {
-  return fail_with(ErrorKind::bad_input, "the server sent " + name(type) + " " + std::string(why) +
-                                             " (before stream byte " + std::to_string(reader_.offset_bytes()) + ")");
+  Error error = unexpected_error(type, why);
+  return fail_with(error.kind, std::move(error.message));
 }
 
 std::string_view ClientSession::awaiting() const {
@@ -119,6 +155,7 @@ std::optional<ClientEvent> ClientSession::next_event() {
     return fail_with(failure_->kind, failure_->message);
   }
   if (std::optional<ClientEvent> event = completed_blob()) return event;
+  if (std::optional<ClientEvent> event = give_arrived()) return event;
   for (;;) {
     const Result<std::optional<FrameView>> frame = reader_.next();
     if (!frame) {
@@ -145,8 +182,8 @@ std::optional<ClientEvent> ClientSession::handle(const FrameView& frame) {
     case FrameType::opened: return handle_opened(frame.payload);
     case FrameType::head_data:
     case FrameType::index_data: return handle_blob(frame.type, frame.payload);
-    case FrameType::segment:
-    case FrameType::segment_part: return handle_segment(frame.type, frame.payload);
+    case FrameType::segments: return handle_segments(frame.payload);
+    case FrameType::segment_part: return handle_segment_part(frame.payload);
     case FrameType::wants_done: return handle_wants_done(frame.payload);
     case FrameType::error: return handle_error(frame.payload);
     case FrameType::building: {
@@ -214,7 +251,7 @@ std::optional<ClientEvent> ClientSession::handle_opened(Bytes payload) {
                                            std::to_string(options_.max_head_bytes));
   }
   held_.assign(opened->cell_count, 0);
-  released_.assign(opened->cell_count, false);
+  wanted_.assign(opened->cell_count, early_wants_many_ ? kAllSegments : 0);
   if (opened->resumed) {
     for (const CellRun& run : have_->cells) {
       if (std::uint64_t{run.first_cell} + run.cell_count > held_.size()) {
@@ -225,7 +262,9 @@ std::optional<ClientEvent> ClientSession::handle_opened(Bytes payload) {
     head_told_ = have_->head;
     index_told_ = have_->index;
   }
+  sent_ = held_;
   model_ = *opened;
+  note_wanted(std::exchange(early_wants_, {}));
   opening_.reset();
   have_.reset();
   return event::ModelOpened{*model_};
@@ -276,36 +315,119 @@ std::optional<ClientEvent> ClientSession::handle_blob(FrameType type, Bytes payl
   return completed_blob();
 }
 
-std::optional<ClientEvent> ClientSession::handle_segment(FrameType type, Bytes payload) {
-  const Result<SegmentPart> part = decode_segment(type, payload);
-  if (!part) return fail_with(part.error().kind, part.error().message);
-  if (!model_ || set_epoch_ == 0 || part->cell >= held_.size()) return unexpected(type, "that nobody wanted");
-  if (!spend_credit(part->bytes.size())) return unexpected(type, "beyond the credit granted");
-  if (type == FrameType::segment) {
-    if (part_) return unexpected(type, "before the segment under way was complete");
-    return accept_segment(*part, part->bytes);
+// The releases that the server had read when it sent this: what it sends from then on follows the shorter prefixes.
+Result<void> ClientSession::apply_releases(FrameType type, std::uint32_t release_count) {
+  const std::uint32_t read = releases_made_ - static_cast<std::uint32_t>(releases_.size());
+  if (release_count < read || release_count > releases_made_) {
+    return tl::unexpected<Error>(unexpected_error(type, "after " + std::to_string(release_count) +
+                                                            " releases; it had read " + std::to_string(read) + " of " +
+                                                            std::to_string(releases_made_)));
   }
-  const bool continues = part_ && part_->cell == part->cell && part_->segment == part->segment &&
-                         part_->total_bytes == part->total_bytes && part->offset_bytes == parts_.size();
-  if (part_ ? !continues : part->offset_bytes != 0) return unexpected(type, "out of order");
-  if (!part_) parts_.clear();
-  part_ = *part;
-  parts_.insert(parts_.end(), part->bytes.begin(), part->bytes.end());
-  if (parts_.size() < part->total_bytes) return std::nullopt;
-  part_.reset();
-  return accept_segment(*part, parts_);
+  for (std::uint32_t i = read; i < release_count; ++i) {
+    for (const CellRun& run : releases_.front()) {
+      for (std::uint32_t cell = run.first_cell; cell < run.first_cell + run.cell_count; ++cell) {
+        sent_[cell] = std::min(sent_[cell], run.prefix);
+      }
+    }
+    releases_.pop_front();
+  }
+  return {};
 }
 
-std::optional<ClientEvent> ClientSession::accept_segment(const SegmentPart& part, Bytes whole) {
-  std::uint32_t& held = held_[part.cell];
-  if (part.segment != held) {
-    if (released_[part.cell]) return std::nullopt;  // sent before the server read our release
-    return unexpected(FrameType::segment, std::to_string(part.segment) + " of cell " + std::to_string(part.cell) +
-                                              " although " + std::to_string(held) + " comes next");
+// The segment that a frame of this cell means.
+Result<std::uint32_t> ClientSession::next_of(FrameType type, std::uint32_t cell) {
+  const auto refuse = [&](const std::string& why) {
+    return tl::unexpected<Error>(unexpected_error(type, "of cell " + std::to_string(cell) + why));
+  };
+  if (cell >= sent_.size()) return refuse(", the model has " + std::to_string(sent_.size()));
+  const std::uint32_t segment = table_->next_to_send(cell, sent_[cell]);
+  if (segment >= table_->segment_count(cell)) {
+    return refuse(", which has no more than its " + std::to_string(segment) + " segments");
   }
-  ++held;
-  ++received_segments_;
-  return event::SegmentArrived{part.cell, part.segment, whole};
+  if (segment >= wanted_[cell]) return refuse(" with segment " + std::to_string(segment) + ", which nobody wanted");
+  return segment;
+}
+
+std::optional<ClientEvent> ClientSession::handle_segments(Bytes payload) {
+  constexpr FrameType kType = FrameType::segments;
+  const auto failed = [&](const Error& error) { return fail_with(error.kind, error.message); };
+  const Result<SegmentBatch> batch = decode_segments(payload);
+  if (!batch) return failed(batch.error());
+  if (!model_ || set_epoch_ == 0) return unexpected(kType, "that nobody wanted");
+  if (!table_) return fail_with(ErrorKind::usage, "segments came, but the session was not told the segment table");
+  if (part_) return unexpected(kType, "before the segment under way was complete");
+  if (!spend_credit(batch->bytes.size())) return unexpected(kType, "beyond the credit granted");
+  if (const Result<void> applied = apply_releases(kType, batch->release_count); !applied)
+    return failed(applied.error());
+  arrived_.clear();
+  next_arrived_ = next_arrived_at_ = 0;
+  std::uint64_t size_bytes = 0;
+  for (const BatchRun& run : batch->runs) {
+    for (std::uint32_t i = 0; i < run.cell_count * run.segment_count; ++i) {
+      const std::uint32_t cell = run.first_cell + i / run.segment_count;
+      const Result<std::uint32_t> segment = next_of(kType, cell);
+      if (!segment) return failed(segment.error());
+      const std::uint32_t size = table_->size_bytes(cell, *segment);
+      sent_[cell] = *segment + 1;
+      arrived_.push_back({cell, *segment, size});
+      size_bytes += size;
+    }
+  }
+  if (size_bytes != batch->bytes.size()) {
+    arrived_.clear();
+    return unexpected(kType, "of " + std::to_string(batch->bytes.size()) + " bytes, by the index they have " +
+                                 std::to_string(size_bytes));
+  }
+  arrived_bytes_.assign(batch->bytes.begin(), batch->bytes.end());
+  return give_arrived();
+}
+
+std::optional<ClientEvent> ClientSession::handle_segment_part(Bytes payload) {
+  constexpr FrameType kType = FrameType::segment_part;
+  const auto failed = [&](const Error& error) { return fail_with(error.kind, error.message); };
+  const Result<SegmentPart> part = decode_segment_part(payload);
+  if (!part) return failed(part.error());
+  if (!model_ || set_epoch_ == 0) return unexpected(kType, "that nobody wanted");
+  if (!table_) return fail_with(ErrorKind::usage, "segments came, but the session was not told the segment table");
+  if (!spend_credit(part->bytes.size())) return unexpected(kType, "beyond the credit granted");
+  if (part_ ? part_->cell != part->cell || part->offset_bytes != arrived_bytes_.size() : part->offset_bytes != 0) {
+    return unexpected(kType, "out of order");
+  }
+  if (const Result<void> applied = apply_releases(kType, part->release_count); !applied) return failed(applied.error());
+  if (!part_) {
+    const Result<std::uint32_t> segment = next_of(kType, part->cell);
+    if (!segment) return failed(segment.error());
+    const std::uint32_t size_bytes = table_->size_bytes(part->cell, *segment);
+    if (size_bytes <= kMaxChunkBytes) return unexpected(kType, "of a segment that fits into one frame");
+    part_ = Arrived{part->cell, *segment, size_bytes};
+    sent_[part->cell] = *segment + 1;
+    arrived_bytes_.clear();
+  }
+  if (part->bytes.size() > part_->size_bytes - arrived_bytes_.size()) {
+    return unexpected(kType, "beyond the segment's " + std::to_string(part_->size_bytes) + " bytes");
+  }
+  arrived_bytes_.insert(arrived_bytes_.end(), part->bytes.begin(), part->bytes.end());
+  if (arrived_bytes_.size() < part_->size_bytes) return std::nullopt;
+  arrived_ = {*part_};
+  next_arrived_ = next_arrived_at_ = 0;
+  part_.reset();
+  return give_arrived();
+}
+
+std::optional<ClientEvent> ClientSession::give_arrived() {
+  while (next_arrived_ < arrived_.size()) {
+    const Arrived& next = arrived_[next_arrived_++];
+    const Bytes bytes = Bytes(arrived_bytes_).subspan(next_arrived_at_, next.size_bytes);
+    next_arrived_at_ += next.size_bytes;
+    if (next.segment != held_prefix(next.cell)) {  // sent before the server read our release
+      ++stale_segments_;
+      continue;
+    }
+    held_[next.cell] = next.segment + 1;
+    ++received_segments_;
+    return event::SegmentArrived{next.cell, next.segment, bytes};
+  }
+  return std::nullopt;
 }
 
 std::optional<ClientEvent> ClientSession::handle_wants_done(Bytes payload) {
@@ -313,6 +435,9 @@ std::optional<ClientEvent> ClientSession::handle_wants_done(Bytes payload) {
   if (!done) return fail_with(done.error().kind, done.error().message);
   if (done->epoch <= served_epoch_ || done->epoch > sent_epoch_) {
     return unexpected(FrameType::wants_done, "for epoch " + std::to_string(done->epoch) + ", which is not open");
+  }
+  if (const Result<void> applied = apply_releases(FrameType::wants_done, done->release_count); !applied) {
+    return fail_with(applied.error().kind, applied.error().message);
   }
   served_epoch_ = done->epoch;
   return event::WantsServed{done->epoch};
@@ -328,6 +453,8 @@ std::optional<ClientEvent> ClientSession::handle_error(Bytes payload) {
     opening_.reset();
     have_.reset();
     wants_frame_.clear();
+    early_wants_.clear();
+    early_wants_many_ = false;
     set_epoch_ = served_epoch_ = sent_epoch_;  // wants sent along with this open will not be served
   } else if (error->code == ErrorCode::want_out_of_range && error->detail != 0 && error->detail <= sent_epoch_) {
     served_epoch_ = std::max(served_epoch_, error->detail);

@@ -8,6 +8,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,14 +17,17 @@
 #include <vector>
 
 #include "protocol/messages.h"
+#include "protocol/segment_table.h"
 
 namespace fanstream {
 
 struct ClientSessionOptions {
   std::uint16_t version_min = kProtocolVersionMin;
   std::uint16_t version_max = kProtocolVersionMax;
-  // Blob bytes the server may have under way to us. Precondition: at least 2 * kMaxChunkBytes. Memory and lateness
-  // against throughput: bandwidth times round trip is needed (4 MiB: 100 ms at 330 Mbit/s).
+  // Blob bytes the server may have under way to us. Precondition: at least 3/2 * kMaxChunkBytes. Memory and lateness
+  // against throughput: bandwidth times round trip is needed (4 MiB: 100 ms at 330 Mbit/s), and four thirds of it, since
+  // credit is granted again by quarters; after a change of wants at most so much of the old ones still arrives, whatever
+  // queues the network has.
   std::uint32_t window_bytes = 4U << 20;
   std::uint64_t max_head_bytes = 256ULL << 20;  // head and index, each: larger ones are refused before they arrive
   TimeMs stall_timeout_ms = 30'000;             // something is awaited and nothing of it comes
@@ -81,6 +86,9 @@ class ClientSession {
   void list();
   // One model per session. After Refused another may be opened.
   Result<void> open(std::string model, std::optional<Have> have = {});
+  // What the index says of segments, to be told as soon as the index is complete (or held, see Have): without it no
+  // segment can be taken. Fails (bad_input) if it is not of the model that was opened. Precondition: index_complete().
+  Result<void> set_segment_table(std::shared_ptr<const SegmentTable> table);
   // Segments 0 .. prefix-1 of each cell, in list order; those already sent are left out. Replaces the list before it,
   // also one that has not left this machine yet. Returns its epoch. Precondition: open() succeeded.
   Result<std::uint32_t> set_wants(std::vector<CellRun> runs);
@@ -108,13 +116,17 @@ class ClientSession {
   bool index_complete() const { return index_told_; }
   Bytes head() const { return head_; }
   Bytes index() const { return index_; }
-  // How many segments of a cell have arrived or were held at open; kAllSegments if held completely. Precondition:
-  // opened.
-  std::uint32_t held_prefix(std::uint32_t cell) const { return held_[cell]; }
+  // How many segments of a cell have been given out or were held at open; empty ones that follow them count. Before the
+  // table is set, kAllSegments for what was held completely. Precondition: opened.
+  std::uint32_t held_prefix(std::uint32_t cell) const {
+    return table_ ? table_->next_to_send(cell, held_[cell]) : held_[cell];
+  }
+  std::uint32_t set_epoch() const { return set_epoch_; }  // of the newest list; 0: none was set
   // A list is not served completely yet.
   bool wants_outstanding() const { return set_epoch_ != 0 && served_epoch_ != set_epoch_; }
   std::uint64_t received_bytes() const { return received_bytes_; }
-  std::uint64_t received_segments() const { return received_segments_; }
+  std::uint64_t received_segments() const { return received_segments_; }  // given out
+  std::uint64_t stale_segments() const { return stale_segments_; }        // released while they were under way
   // "while waiting for ...": what the session is at, for messages.
   std::string_view awaiting() const;
 
@@ -124,12 +136,17 @@ class ClientSession {
   std::optional<ClientEvent> handle_catalogue(Bytes payload);
   std::optional<ClientEvent> handle_opened(Bytes payload);
   std::optional<ClientEvent> handle_blob(FrameType type, Bytes payload);
-  std::optional<ClientEvent> handle_segment(FrameType type, Bytes payload);
-  std::optional<ClientEvent> accept_segment(const SegmentPart& part, Bytes whole);
+  std::optional<ClientEvent> handle_segments(Bytes payload);
+  std::optional<ClientEvent> handle_segment_part(Bytes payload);
+  Result<std::uint32_t> next_of(FrameType type, std::uint32_t cell);
+  Result<void> apply_releases(FrameType type, std::uint32_t release_count);
+  std::optional<ClientEvent> give_arrived();
+  void note_wanted(const std::vector<CellRun>& runs);
   std::optional<ClientEvent> handle_wants_done(Bytes payload);
   std::optional<ClientEvent> handle_error(Bytes payload);
   std::optional<ClientEvent> completed_blob();
   ClientEvent fail_with(ErrorKind kind, std::string message);
+  Error unexpected_error(FrameType type, std::string_view why) const;
   ClientEvent unexpected(FrameType type, std::string_view why);
   void grant(std::uint64_t bytes);
   bool spend_credit(std::size_t size_bytes);
@@ -152,17 +169,29 @@ class ClientSession {
   std::optional<Opened> model_;
   std::vector<std::byte> head_, index_;
   bool head_told_ = false, index_told_ = false;
-  std::vector<std::uint32_t> held_;
-  std::vector<bool> released_;  // cells of which segments from before a release may still arrive
-  std::vector<std::byte> parts_;
-  std::optional<SegmentPart> part_;  // of which parts_ holds the beginning
+  std::shared_ptr<const SegmentTable> table_;
+  std::vector<std::uint32_t> held_;  // given out, or held at open
+  std::vector<std::uint32_t>
+      sent_;  // what the server has sent as far as it has arrived: more than held after a release
+  std::vector<std::uint32_t> wanted_;          // the largest prefix that any list has named
+  std::vector<CellRun> early_wants_;           // of lists set before the model was opened
+  bool early_wants_many_ = false;              // too many to keep: anything may come
+  std::deque<std::vector<CellRun>> releases_;  // that the server may not have read yet, oldest first
+  std::uint32_t releases_made_ = 0;
+  struct Arrived {
+    std::uint32_t cell, segment, size_bytes;
+  };
+  std::vector<Arrived> arrived_;  // segments whose bytes are in arrived_bytes_, from next_arrived_ on not yet given out
+  std::size_t next_arrived_ = 0, next_arrived_at_ = 0;
+  std::vector<std::byte> arrived_bytes_;
+  std::optional<Arrived> part_;  // under way, of which arrived_bytes_ holds the beginning
   std::uint32_t set_epoch_ = 0, served_epoch_ = 0, sent_epoch_ = 0;
 
   std::uint64_t credit_bytes_ = 0;  // granted and not used up by what arrived
   std::uint64_t granted_unsent_bytes_ = 0;
   std::uint64_t consumed_bytes_ = 0;  // used up and not yet granted again
   std::uint64_t received_bytes_ = 0;
-  std::uint64_t received_segments_ = 0;
+  std::uint64_t received_segments_ = 0, stale_segments_ = 0;
 
   TimeMs last_tick_ms_;
   TimeMs last_progress_ms_;

@@ -29,7 +29,7 @@ std::string name(FrameType type) {
     case FrameType::error: return "error";
     case FrameType::head_data: return "head data";
     case FrameType::index_data: return "index data";
-    case FrameType::segment: return "segment";
+    case FrameType::segments: return "segments";
     case FrameType::segment_part: return "segment part";
   }
   constexpr char kHex[] = "0123456789abcdef";
@@ -38,7 +38,7 @@ std::string name(FrameType type) {
 }
 
 bool is_data_frame(FrameType type) {
-  return type == FrameType::head_data || type == FrameType::index_data || type == FrameType::segment ||
+  return type == FrameType::head_data || type == FrameType::index_data || type == FrameType::segments ||
          type == FrameType::segment_part;
 }
 
@@ -60,12 +60,12 @@ std::optional<std::size_t> max_payload_bytes(FrameType type, Receiver receiver) 
     case FrameType::catalogue: return only_if(!server, kMaxCatalogueFrameBytes);
     case FrameType::building: return only_if(!server, 2);
     case FrameType::opened: return only_if(!server, 128);
-    case FrameType::wants_done: return only_if(!server, 5);
+    case FrameType::wants_done: return only_if(!server, 10);
     case FrameType::degraded:
     case FrameType::error: return only_if(!server, kMaxTextBytes + 16);
     case FrameType::head_data:
     case FrameType::index_data:
-    case FrameType::segment:
+    case FrameType::segments:
     case FrameType::segment_part: return only_if(!server, kMaxChunkBytes + kMaxDataFieldsBytes);
   }
   return std::nullopt;
@@ -128,15 +128,21 @@ void write_frame(FrameType type, Bytes payload, std::vector<std::byte>& out) {
 
 DataFrameHeader::DataFrameHeader(FrameType type, std::span<const std::uint32_t> fields, Bytes blob) {
   assert(is_data_frame(type) && fields.size() <= 4 && blob.size() <= kMaxChunkBytes);
-  constexpr std::size_t kFieldsAt = kFrameHeaderBytes + 4;
-  size_ = kFieldsAt;
+  size_ = kDataContentAt;
   for (std::uint32_t value : fields) {
     for (; value >= 0x80; value >>= 7) bytes_[size_++] = static_cast<std::byte>(value | 0x80U);
     bytes_[size_++] = static_cast<std::byte>(value);
   }
   put_frame_header(bytes_.data(), type, size_ - kFrameHeaderBytes + blob.size());
-  const Bytes written_fields = bytes().subspan(kFieldsAt);
+  const Bytes written_fields = bytes().subspan(kDataContentAt);
   put_little_endian(bytes_.data() + kFrameHeaderBytes, frame_checksum(type, written_fields, blob), 4);
+}
+
+void seal_data_frame(FrameType type, std::span<std::byte> frame) {
+  assert(is_data_frame(type) && frame.size() >= kDataContentAt);
+  assert(frame.size() - kFrameHeaderBytes <= kMaxChunkBytes + kMaxDataFieldsBytes);
+  put_frame_header(frame.data(), type, frame.size() - kFrameHeaderBytes);
+  put_little_endian(frame.data() + kFrameHeaderBytes, whole_checksum(type, frame.subspan(kDataContentAt)), 4);
 }
 
 std::span<std::byte> FrameReader::prepare(std::size_t size_bytes) {

@@ -37,7 +37,7 @@ enum class FrameType : std::uint8_t {
   error = 0x87,
   head_data = 0x90,
   index_data = 0x91,
-  segment = 0x92,
+  segments = 0x92,
   segment_part = 0x93,
 };
 
@@ -71,6 +71,11 @@ class DataFrameHeader {
   std::array<std::byte, kFrameHeaderBytes + kMaxDataFieldsBytes> bytes_{};
   std::size_t size_ = 0;
 };
+
+// The same for a frame that lies whole in memory: `frame` begins with kDataContentAt bytes of any value, which become
+// header and checksum. Precondition: what follows is at most kMaxChunkBytes + kMaxDataFieldsBytes - 4 bytes.
+inline constexpr std::size_t kDataContentAt = kFrameHeaderBytes + 4;
+void seal_data_frame(FrameType type, std::span<std::byte> frame);
 
 // Cuts a byte stream, however it is chunked, into frames. Safe on hostile input: sizes are checked against the limit of
 // the type as soon as the four header bytes are there, and memory grows only with bytes that really arrived.

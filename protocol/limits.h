@@ -10,8 +10,8 @@ namespace fanstream {
 // Milliseconds on any monotonic clock; the sessions only ever look at differences.
 using TimeMs = std::int64_t;
 
-inline constexpr std::uint16_t kProtocolVersionMin = 1;
-inline constexpr std::uint16_t kProtocolVersionMax = 1;
+inline constexpr std::uint16_t kProtocolVersionMin = 2;
+inline constexpr std::uint16_t kProtocolVersionMax = 2;
 inline constexpr std::uint32_t kProtocolMagic = 0x534E4146;  // "FANS" read as a little-endian u32
 inline constexpr std::uint16_t kDefaultPort = 7370;
 
@@ -19,7 +19,10 @@ inline constexpr std::size_t kFrameHeaderBytes = 4;  // u8 type, u24 payload siz
 inline constexpr std::size_t kMaxHelloBytes = 256;   // hello and welcome; more is never buffered before the handshake
 inline constexpr std::size_t kMaxChunkBytes = 64 * 1024;       // blob bytes in one data frame
 inline constexpr std::size_t kMaxDataFieldsBytes = 4 + 4 * 5;  // checksum and at most four varints of 32 bits
-inline constexpr std::size_t kMaxRunsBytes = 256 * 1024;       // wants, release and open
+// Small segments are joined up to so many bytes: the first of a frame is of use only when the last has come (3 ms at 10
+// Mbit/s), and the frame itself costs a quarter per cent.
+inline constexpr std::size_t kBatchBytes = 4096;
+inline constexpr std::size_t kMaxRunsBytes = 256 * 1024;  // wants, release and open
 inline constexpr std::size_t kMaxCatalogueFrameBytes = 64 * 1024;
 inline constexpr std::size_t kMaxNameBytes = 255;
 inline constexpr std::size_t kMaxTextBytes = 1024;

@@ -310,12 +310,17 @@ Result<Opened> decode_opened(Bytes payload) {
 }
 
 void encode(const WantsDone& message, std::vector<std::byte>& out) {
-  frame(FrameType::wants_done, out, [&](WireWriter& w) { w.varint(message.epoch); });
+  frame(FrameType::wants_done, out, [&](WireWriter& w) {
+    w.varint(message.epoch);
+    w.varint(message.release_count);
+  });
 }
 
 Result<WantsDone> decode_wants_done(Bytes payload) {
   WireReader in(payload);
-  const WantsDone message{in.varint32()};
+  WantsDone message;
+  message.epoch = in.varint32();
+  message.release_count = in.varint32();
   return finish(FrameType::wants_done, in, message);
 }
 
@@ -365,23 +370,69 @@ Result<BlobPart> decode_blob_part(FrameType type, Bytes payload) {
   return finish(type, in, part);
 }
 
-Result<SegmentPart> decode_segment(FrameType type, Bytes payload) {
+void add_to_batch(std::uint32_t cell, std::uint32_t segment_count, std::vector<BatchRun>& runs) {
+  if (!runs.empty() && runs.back().segment_count == segment_count &&
+      runs.back().first_cell + runs.back().cell_count == cell) {
+    ++runs.back().cell_count;
+  } else {
+    runs.push_back({cell, 1, segment_count});
+  }
+}
+
+// Per run: 2 x zigzag distance from the end of the last run + more. Without more it is one segment of one cell; with it
+// follow 2 x (segments - 1) + several cells, and if there are several, cells - 2.
+void write_batch_fields(std::uint32_t release_count, std::span<const BatchRun> runs, WireWriter& out) {
+  out.varint(release_count);
+  out.varint(runs.size());
+  std::int64_t expected = 0;
+  for (const BatchRun& run : runs) {
+    const bool several = run.cell_count > 1;
+    const bool more = several || run.segment_count > 1;
+    out.varint(2 * zigzag(std::int64_t{run.first_cell} - expected) + (more ? 1 : 0));
+    if (more) out.varint(2 * (std::uint64_t{run.segment_count} - 1) + (several ? 1 : 0));
+    if (several) out.varint(run.cell_count - 2);
+    expected = std::int64_t{run.first_cell} + run.cell_count;
+  }
+}
+
+Result<SegmentBatch> decode_segments(Bytes payload) {
+  WireReader in(payload);
+  SegmentBatch batch;
+  batch.release_count = in.varint32();
+  const auto count = static_cast<std::size_t>(in.varint(kMaxChunkBytes));
+  if (count == 0 || count > in.remaining() / 2) in.reject();  // each run takes a byte, and each segment one
+  if (in.ok()) batch.runs.reserve(count);
+  std::int64_t expected = 0;
+  std::uint64_t segments = 0;
+  for (std::size_t i = 0; i < count && in.ok(); ++i) {
+    const std::uint64_t head = in.varint(4ULL * kMaxCells + 3);
+    const std::uint64_t more = (head & 1U) != 0 ? in.varint(2ULL * kMaxSegmentsPerCell) : 0;
+    const std::uint64_t cells = (more & 1U) != 0 ? in.varint(kMaxCells) + 2 : 1;
+    const std::uint64_t each = more / 2 + 1;
+    if ((head & 1U) != 0 && more == 0) in.reject();  // has a shorter form
+    const std::int64_t first = expected + unzigzag(head >> 1);
+    expected = first + static_cast<std::int64_t>(cells);
+    segments += cells * each;
+    if (first < 0 || expected > std::int64_t{kMaxCells} || segments > in.remaining()) in.reject();
+    if (in.ok()) {
+      batch.runs.push_back(
+          {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(cells), static_cast<std::uint32_t>(each)});
+    }
+  }
+  batch.bytes = in.rest();
+  if (batch.bytes.size() > kMaxChunkBytes || segments > batch.bytes.size()) in.reject();
+  return finish(FrameType::segments, in, std::move(batch));
+}
+
+Result<SegmentPart> decode_segment_part(Bytes payload) {
   WireReader in(payload);
   SegmentPart part;
-  part.cell = in.varint32();
-  part.segment = static_cast<std::uint32_t>(in.varint(kMaxSegmentsPerCell));
-  if (type == FrameType::segment_part) {
-    part.total_bytes = static_cast<std::uint32_t>(in.varint(kMaxSegmentBytes));
-    part.offset_bytes = in.varint32();
-  }
+  part.release_count = in.varint32();
+  part.cell = static_cast<std::uint32_t>(in.varint(kMaxCells - 1));
+  part.offset_bytes = static_cast<std::uint32_t>(in.varint(kMaxSegmentBytes));
   part.bytes = in.rest();
-  const std::size_t size = part.bytes.size();
-  if (type == FrameType::segment) part.total_bytes = static_cast<std::uint32_t>(size);
-  if (size > kMaxChunkBytes || part.offset_bytes > part.total_bytes || size > part.total_bytes - part.offset_bytes ||
-      (type == FrameType::segment_part && size == 0)) {
-    in.reject();
-  }
-  return finish(type, in, part);
+  if (part.bytes.size() > kMaxChunkBytes || part.bytes.empty()) in.reject();
+  return finish(FrameType::segment_part, in, part);
 }
 
 }  // namespace fanstream

@@ -15,7 +15,7 @@
 
 namespace fanstream {
 
-// Bits of Hello::features and Welcome::features. Version 1 defines none; both ends ignore bits they do not know.
+// Bits of Hello::features and Welcome::features. Version 2 defines none; both ends ignore bits they do not know.
 struct Hello {
   std::uint16_t version_min = kProtocolVersionMin;
   std::uint16_t version_max = kProtocolVersionMax;
@@ -97,6 +97,7 @@ struct Opened {
 
 struct WantsDone {
   std::uint32_t epoch = 0;
+  std::uint32_t release_count = 0;  // as in SegmentBatch
 };
 
 enum class DegradedReason : std::uint8_t {
@@ -170,14 +171,34 @@ struct BlobPart {  // head data, index data
   std::uint32_t offset_bytes = 0;
   Bytes bytes;
 };
-struct SegmentPart {  // segment: offset 0 and total = bytes.size()
+// Whole segments. Each is the next of its cell in the order of sending: which one that is, and how large, follows from
+// the segment table and from what was sent before (segment_table.h, PROTOCOL.md, section 3).
+struct BatchRun {  // `segment_count` segments of each of these cells, cell by cell
+  std::uint32_t first_cell = 0;
+  std::uint32_t cell_count = 1;
+  std::uint32_t segment_count = 1;
+  friend bool operator==(const BatchRun&, const BatchRun&) = default;
+};
+struct SegmentBatch {
+  std::uint32_t release_count = 0;  // releases of this session that the server had read when it chose the segments
+  std::vector<BatchRun> runs;
+  Bytes bytes;  // one segment behind another
+};
+// A part of a segment that is larger than kMaxChunkBytes: the next of its cell, as above.
+struct SegmentPart {
+  std::uint32_t release_count = 0;
   std::uint32_t cell = 0;
-  std::uint32_t segment = 0;
-  std::uint32_t total_bytes = 0;
   std::uint32_t offset_bytes = 0;
   Bytes bytes;
 };
 Result<BlobPart> decode_blob_part(FrameType type, Bytes payload);
-Result<SegmentPart> decode_segment(FrameType type, Bytes payload);
+// No more segments than bytes: an empty segment is never sent.
+Result<SegmentBatch> decode_segments(Bytes payload);
+Result<SegmentPart> decode_segment_part(Bytes payload);
+
+// What precedes the bytes of a batch. Precondition: every run names at least one cell and one segment.
+void write_batch_fields(std::uint32_t release_count, std::span<const BatchRun> runs, WireWriter& out);
+// Adds the next `segment_count` segments of a cell to a batch.
+void add_to_batch(std::uint32_t cell, std::uint32_t segment_count, std::vector<BatchRun>& runs);
 
 }  // namespace fanstream

@@ -6,14 +6,6 @@
 namespace fanstream {
 namespace {
 
-std::uint64_t zigzag(std::int64_t value) {
-  return (static_cast<std::uint64_t>(value) << 1) ^ static_cast<std::uint64_t>(value >> 63);
-}
-
-std::int64_t unzigzag(std::uint64_t value) {
-  return static_cast<std::int64_t>(value >> 1) ^ -static_cast<std::int64_t>(value & 1U);
-}
-
 std::uint64_t run_end(const CellRun& run) { return std::uint64_t{run.first_cell} + run.cell_count; }
 
 bool valid_run(const CellRun& run) {

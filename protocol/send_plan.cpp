@@ -1,7 +1,6 @@
 #include "protocol/send_plan.h"
 
 #include <algorithm>
-#include <array>
 
 namespace fanstream {
 
@@ -37,6 +36,7 @@ void SendPlan::set_wants(std::uint32_t epoch, std::vector<CellRun> runs) {
 }
 
 bool SendPlan::release(const std::vector<CellRun>& runs) {
+  ++release_count_;
   for (const CellRun& run : runs) {
     if (!in_range(run)) return false;
     for (std::uint32_t cell = run.first_cell; cell < run.first_cell + run.cell_count; ++cell) {
@@ -48,64 +48,95 @@ bool SendPlan::release(const std::vector<CellRun>& runs) {
 
 SendPlan::Next SendPlan::next(std::uint64_t credit_bytes, std::size_t& entry_budget, DataFrame& frame) {
   if (!source_) return Next::idle;
-  for (const bool head : {true, false}) {
-    std::uint64_t& sent = head ? head_sent_ : index_sent_;
-    const Bytes blob = head ? source_->head() : source_->index();
-    if (sent >= blob.size()) continue;
-    const std::size_t size = std::min<std::size_t>(kMaxChunkBytes, blob.size() - sent);
-    if (size > credit_bytes) return Next::no_credit;
-    frame = {head ? FrameType::head_data : FrameType::index_data, 0, 0, static_cast<std::uint32_t>(sent), 0,
-             blob.subspan(static_cast<std::size_t>(sent), size)};
-    sent += size;
-    return Next::frame;
+  frame = {};
+  frame.release_count = release_count_;
+  if (head_sent_ < head_size_ || index_sent_ < index_size_) {
+    return give_blob(credit_bytes, frame) ? Next::frame : Next::no_credit;
   }
   if (part_) {
     const Bytes whole = source_->segment(part_->cell, part_->segment);
     if (std::min<std::size_t>(kMaxChunkBytes, whole.size() - part_->offset_bytes) > credit_bytes)
       return Next::no_credit;
-    give_segment(part_->cell, part_->segment, part_->offset_bytes, whole, frame);
+    give_part(*part_, whole, frame);
     return Next::frame;
   }
   return next_wanted(credit_bytes, entry_budget, frame);
 }
 
-void SendPlan::give_segment(std::uint32_t cell, std::uint32_t segment, std::uint32_t offset_bytes, Bytes whole,
-                            DataFrame& frame) {
-  const bool single = whole.size() <= kMaxChunkBytes;
-  const Bytes blob = whole.subspan(offset_bytes, std::min(kMaxChunkBytes, whole.size() - offset_bytes));
-  frame = {single ? FrameType::segment : FrameType::segment_part,
-           cell,
-           segment,
-           offset_bytes,
-           static_cast<std::uint32_t>(whole.size()),
-           blob};
-  const auto end = static_cast<std::uint32_t>(offset_bytes + blob.size());
+bool SendPlan::give_blob(std::uint64_t credit_bytes, DataFrame& frame) {
+  const bool head = head_sent_ < head_size_;
+  std::uint64_t& sent = head ? head_sent_ : index_sent_;
+  const Bytes blob = head ? source_->head() : source_->index();
+  const std::size_t size = std::min<std::size_t>(kMaxChunkBytes, blob.size() - sent);
+  if (size > credit_bytes) return false;
+  frame.type = head ? FrameType::head_data : FrameType::index_data;
+  frame.offset_bytes = static_cast<std::uint32_t>(sent);
+  frame.blob = blob.subspan(static_cast<std::size_t>(sent), size);
+  frame.size_bytes = size;
+  sent += size;
+  return true;
+}
+
+void SendPlan::give_part(const OpenSegment& part, Bytes whole, DataFrame& frame) {
+  frame.type = FrameType::segment_part;
+  frame.cells = {{part.cell, part.segment, 1}};
+  frame.offset_bytes = part.offset_bytes;
+  frame.blob = whole.subspan(part.offset_bytes, std::min(kMaxChunkBytes, whole.size() - part.offset_bytes));
+  frame.size_bytes = frame.blob.size();
+  const std::size_t end = part.offset_bytes + frame.blob.size();
   if (end < whole.size()) {
-    part_ = OpenSegment{cell, segment, end};
+    part_ = OpenSegment{part.cell, part.segment, static_cast<std::uint32_t>(end)};
   } else {
     part_.reset();
+    frame.finished_segments = 1;
   }
+}
+
+// Adds segments of the cell below `end` to the frame. Nothing: all of them are in it and it takes more.
+std::optional<SendPlan::Next> SendPlan::add_wanted(std::uint32_t cell, std::uint32_t end, std::uint64_t credit_bytes,
+                                                   DataFrame& frame) {
+  bool begun = false;  // the frame's last entry is of this cell
+  for (std::uint32_t segment = sent_[cell]; segment < end; ++segment) {
+    const Bytes whole = source_->segment(cell, segment);
+    if (whole.empty()) continue;
+    const bool first = frame.cells.empty();
+    if (whole.size() > kMaxSegmentBytes) return first ? Next::too_large : Next::frame;
+    if (std::min(kMaxChunkBytes, whole.size()) > credit_bytes - frame.size_bytes)
+      return first ? Next::no_credit : Next::frame;
+    if (!first && frame.size_bytes + whole.size() > kBatchBytes) return Next::frame;
+    sent_[cell] = static_cast<std::uint16_t>(segment + 1);
+    if (whole.size() > kMaxChunkBytes) {
+      give_part({cell, segment, 0}, whole, frame);
+      return Next::frame;
+    }
+    if (!begun) frame.cells.push_back({cell, segment, 0});
+    begun = true;
+    ++frame.cells.back().count;
+    ++frame.finished_segments;
+    frame.size_bytes += whole.size();
+    if (whole.size() > kBatchBytes) frame.blob = whole;  // alone, so it need not be copied
+    if (frame.size_bytes >= kBatchBytes) return Next::frame;
+  }
+  return std::nullopt;
 }
 
 SendPlan::Next SendPlan::next_wanted(std::uint64_t credit_bytes, std::size_t& entry_budget, DataFrame& frame) {
   for (; run_ < runs_.size(); ++run_, run_cell_ = 0) {
     const CellRun run = runs_[run_];
-    if (!in_range(run)) return drop_wants(), Next::out_of_range;
+    if (!in_range(run)) {
+      if (!frame.cells.empty()) return Next::frame;
+      return drop_wants(), Next::out_of_range;
+    }
     for (; run_cell_ < run.cell_count; ++run_cell_) {
-      if (entry_budget == 0) return Next::out_of_work;
+      if (entry_budget == 0) return frame.cells.empty() ? Next::out_of_work : Next::frame;
       --entry_budget;
       const std::uint32_t cell = run.first_cell + run_cell_;
       const std::uint32_t count = std::min(source_->segment_count(cell), kMaxSegmentsPerCell);
-      const std::uint32_t segment = sent_[cell];
-      if (segment >= std::min(run.prefix, count)) continue;
-      const Bytes whole = source_->segment(cell, segment);
-      if (whole.size() > kMaxSegmentBytes) return Next::too_large;
-      if (std::min(kMaxChunkBytes, whole.size()) > credit_bytes) return Next::no_credit;
-      ++sent_[cell];
-      give_segment(cell, segment, 0, whole, frame);
-      return Next::frame;
+      const std::optional<Next> stop = add_wanted(cell, std::min(run.prefix, count), credit_bytes, frame);
+      if (stop) return *stop;
     }
   }
+  if (!frame.cells.empty()) return Next::frame;
   if (!done_pending_) return Next::idle;
   done_pending_ = false;
   return Next::wants_done;
@@ -114,11 +145,15 @@ SendPlan::Next SendPlan::next_wanted(std::uint64_t credit_bytes, std::size_t& en
 bool SendPlan::take_back(const DataFrame& frame) {
   if (frame.type == FrameType::head_data || frame.type == FrameType::index_data) return false;
   if (frame.type == FrameType::segment_part) {
-    part_ = OpenSegment{frame.cell, frame.segment, frame.offset_bytes};
-    if (frame.offset_bytes == 0) part_.reset();
+    part_.reset();
+    if (frame.offset_bytes > 0) {
+      part_ = OpenSegment{frame.cells[0].cell, frame.cells[0].first, frame.offset_bytes};
+      return true;
+    }
   }
-  if (frame.offset_bytes == 0)
-    sent_[frame.cell] = std::min(sent_[frame.cell], static_cast<std::uint16_t>(frame.segment));
+  for (const ChosenSegments& chosen : frame.cells) {
+    sent_[chosen.cell] = std::min(sent_[chosen.cell], static_cast<std::uint16_t>(chosen.first));
+  }
   return true;
 }
 

@@ -13,21 +13,23 @@
 
 namespace fanstream {
 
-// One data frame to be sent: the header is ours, the blob lies in the source.
-struct DataFrame {
-  FrameType type = FrameType::segment;
+// Segments of one cell in a frame of whole segments: `count` that have bytes, from `first` on.
+struct ChosenSegments {
   std::uint32_t cell = 0;
-  std::uint32_t segment = 0;
-  std::uint32_t offset_bytes = 0;
-  std::uint32_t total_bytes = 0;
-  Bytes blob;
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
 };
 
-// A whole segment, or the last part of one.
-inline bool is_last_part(const DataFrame& frame) {
-  return frame.type == FrameType::segment ||
-         (frame.type == FrameType::segment_part && frame.offset_bytes + frame.blob.size() == frame.total_bytes);
-}
+// One data frame to be sent. `blob` lies in the source. Without it, the frame joins small segments.
+struct DataFrame {
+  FrameType type = FrameType::segments;
+  std::vector<ChosenSegments> cells;  // of segments, in order; of a segment part, the one segment
+  std::uint32_t offset_bytes = 0;     // of head, index and segment part
+  Bytes blob;
+  std::size_t size_bytes = 0;  // of all blobs in it, which is what it costs of the credit
+  std::uint32_t release_count = 0;
+  std::uint32_t finished_segments = 0;  // that are whole with this frame
+};
 
 class SendPlan {
  public:
@@ -50,6 +52,7 @@ class SendPlan {
   void set_wants(std::uint32_t epoch, std::vector<CellRun> runs);
   std::uint32_t epoch() const { return epoch_; }
   bool release(const std::vector<CellRun>& runs);  // false if out of range
+  std::uint32_t release_count() const { return release_count_; }
 
   // The next frame if it fits into `credit_bytes`.
   Next next(std::uint64_t credit_bytes, std::size_t& entry_budget, DataFrame& frame);
@@ -69,14 +72,16 @@ class SendPlan {
     std::uint32_t cell, segment, offset_bytes;
   };
   bool in_range(const CellRun& run) const;
-  void give_segment(std::uint32_t cell, std::uint32_t segment, std::uint32_t offset_bytes, Bytes whole,
-                    DataFrame& frame);
+  bool give_blob(std::uint64_t credit_bytes, DataFrame& frame);
+  void give_part(const OpenSegment& part, Bytes whole, DataFrame& frame);
   Next next_wanted(std::uint64_t credit_bytes, std::size_t& entry_budget, DataFrame& frame);
+  std::optional<Next> add_wanted(std::uint32_t cell, std::uint32_t end, std::uint64_t credit_bytes, DataFrame& frame);
 
   std::shared_ptr<const SegmentSource> source_;
   std::uint64_t head_size_ = 0, head_sent_ = 0;
   std::uint64_t index_size_ = 0, index_sent_ = 0;
   std::vector<std::uint16_t> sent_;  // per cell: how many segments were chosen, or are held by the client
+  std::uint32_t release_count_ = 0;
   std::optional<OpenSegment> part_;  // a segment of several parts that has begun
   std::vector<CellRun> runs_;
   std::size_t run_ = 0;         // where in the list we are

@@ -242,7 +242,7 @@ void ServerSession::take_back_unsent() {
     OutFrame& last = in_flight_.back();
     const std::size_t size_bytes = last.size_bytes();
     if (last.data && !plan_.take_back(*last.data)) break;
-    if (last.data) credit_bytes_ += last.data->blob.size();
+    if (last.data) credit_bytes_ += last.data->size_bytes;
     if (!last.data && !last.wants_done)
       kept.push_back(std::move(last));
     else
@@ -258,27 +258,46 @@ bool ServerSession::wants_to_send() const {
   return !closing_ && !blocked_on_credit_ && plan_.has_work();
 }
 
+void ServerSession::add_data(DataFrame frame) {
+  OutFrame& out = in_flight_.emplace_back();
+  credit_bytes_ -= frame.size_bytes;
+  if (frame.type == FrameType::head_data || frame.type == FrameType::index_data) {
+    out.header.emplace(frame.type, std::array{frame.offset_bytes}, frame.blob);
+  } else if (frame.type == FrameType::segment_part) {
+    out.header.emplace(frame.type, std::array{frame.release_count, frame.cells[0].cell, frame.offset_bytes},
+                       frame.blob);
+  } else if (!frame.blob.empty()) {
+    const std::array<std::uint32_t, 3> fields{frame.release_count, 1, 4 * frame.cells[0].cell};  // one run of one
+    out.header.emplace(frame.type, fields, frame.blob);
+  } else {
+    std::vector<BatchRun> runs;
+    for (const ChosenSegments& chosen : frame.cells) add_to_batch(chosen.cell, chosen.count, runs);
+    out.bytes.reserve(kDataContentAt + 8 + 3 * frame.cells.size() + frame.size_bytes);
+    out.bytes.resize(kDataContentAt);
+    WireWriter writer(out.bytes);
+    write_batch_fields(frame.release_count, runs, writer);
+    for (const ChosenSegments& chosen : frame.cells) {
+      for (std::uint32_t segment = chosen.first, left = chosen.count; left > 0; ++segment) {
+        const Bytes whole = plan_.source()->segment(chosen.cell, segment);
+        writer.bytes(whole);
+        left -= whole.empty() ? 0 : 1;
+      }
+    }
+    seal_data_frame(frame.type, out.bytes);
+    frame.blob = {};
+  }
+  out.data = std::move(frame);
+  in_flight_bytes_ += out.size_bytes();
+}
+
 // Adds to in_flight_ one frame of data or what the plan has to say. False: nothing more at the moment.
 bool ServerSession::choose_one(std::size_t& entry_budget) {
   DataFrame frame;
   switch (plan_.next(credit_bytes_, entry_budget, frame)) {
-    case SendPlan::Next::frame: {
-      credit_bytes_ -= frame.blob.size();
-      std::array<std::uint32_t, 4> fields{frame.offset_bytes};
-      std::size_t field_count = 1;
-      if (frame.type == FrameType::segment || frame.type == FrameType::segment_part) {
-        fields = {frame.cell, frame.segment, frame.total_bytes, frame.offset_bytes};
-        field_count = frame.type == FrameType::segment ? 2 : 4;
-      }
-      OutFrame& out = in_flight_.emplace_back();
-      out.header.emplace(frame.type, std::span(fields).first(field_count), frame.blob);
-      out.data = frame;
-      in_flight_bytes_ += out.size_bytes();
-      return true;
-    }
+    case SendPlan::Next::frame: add_data(std::move(frame)); return true;
     case SendPlan::Next::wants_done: {
       OutFrame& out = in_flight_.emplace_back();
-      encode(WantsDone{plan_.epoch()}, out.control);
+      encode(WantsDone{plan_.epoch(), plan_.release_count()}, out.bytes);
       out.wants_done = true;
       in_flight_bytes_ += out.size_bytes();
       return true;
@@ -301,7 +320,7 @@ void ServerSession::fill() {
   const auto flush_control = [&] {
     if (control_.empty()) return;
     OutFrame& out = in_flight_.emplace_back();
-    out.control.swap(control_);
+    out.bytes.swap(control_);
     in_flight_bytes_ += out.size_bytes();
   };
   flush_control();
@@ -359,7 +378,7 @@ void ServerSession::written(std::size_t size_bytes, TimeMs now_ms) {
       break;
     }
     size_bytes -= left;
-    if (frame.data && is_last_part(*frame.data)) ++sent_segments_;
+    if (frame.data) sent_segments_ += frame.data->finished_segments;
     in_flight_.pop_front();
   }
   for (OutFrame& frame : in_flight_) frame.handed = false;

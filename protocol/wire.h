@@ -13,6 +13,14 @@ namespace fanstream {
 
 using Bytes = std::span<const std::byte>;
 
+// Small numbers of either sign as small numbers without one: 0, -1, 1, -2, ... are 0, 1, 2, 3, ...
+inline std::uint64_t zigzag(std::int64_t value) {
+  return (static_cast<std::uint64_t>(value) << 1) ^ static_cast<std::uint64_t>(value >> 63);
+}
+inline std::int64_t unzigzag(std::uint64_t value) {
+  return static_cast<std::int64_t>(value >> 1) ^ -static_cast<std::int64_t>(value & 1U);
+}
+
 // Appends to a buffer of the caller. Varints are LEB128: seven bits a byte, low bits first, the shortest form.
 class WireWriter {
  public:

@@ -5,6 +5,8 @@
 
 #include <chrono>
 
+#include "client/model/segment_order.h"
+
 namespace fanstream {
 namespace {
 
@@ -21,13 +23,32 @@ bool would_block(const asio::error_code& error) {
   return error == asio::error::would_block || error == asio::error::try_again || error == asio::error::interrupted;
 }
 
+Result<std::shared_ptr<const SegmentTable>> read_segment_table(Bytes head, Bytes index) {
+  const Result<AssetPreamble> preamble = read_preamble(head, "head");
+  if (!preamble) return tl::unexpected<Error>(preamble.error());
+  const Result<AssetHead> asset_head = read_head(head, "head");
+  if (!asset_head) return tl::unexpected<Error>(asset_head.error());
+  const Result<AssetIndex> asset_index = read_index(index, *preamble, *asset_head, "index");
+  if (!asset_index) return tl::unexpected<Error>(asset_index.error());
+  return segment_table(*asset_index);
+}
+
 }  // namespace
 
-LoadClient::LoadClient(asio::io_context& io, const LoadOptions& options, std::atomic<std::uint64_t>& bytes_so_far,
-                       std::function<void()> on_connected, Done on_done)
+Result<std::shared_ptr<const SegmentTable>> LoadTables::find(Bytes head, Bytes index) {
+  const std::uint64_t key = XXH3_64bits_withSeed(index.data(), index.size(), XXH3_64bits(head.data(), head.size()));
+  if (const auto found = tables_.find(key); found != tables_.end()) return found->second;
+  const auto read = options_.read_table ? options_.read_table(head, index) : read_segment_table(head, index);
+  if (read) tables_.emplace(key, *read);
+  return read;
+}
+
+LoadClient::LoadClient(asio::io_context& io, const LoadOptions& options, LoadTables& tables,
+                       std::atomic<std::uint64_t>& bytes_so_far, std::function<void()> on_connected, Done on_done)
     : socket_(io),
       timer_(io),
       options_(options),
+      tables_(tables),
       bytes_so_far_(bytes_so_far),
       on_connected_(std::move(on_connected)),
       on_done_(std::move(on_done)),
@@ -155,15 +176,18 @@ void LoadClient::on_event(ClientEvent& event) {
     hash_in(session_.head(), 2);
   } else if (std::holds_alternative<event::IndexComplete>(event)) {
     hash_in(session_.index(), 3);
+    const auto table = tables_.find(session_.head(), session_.index());
+    if (!table) return finish(table.error());
+    expected_segments_ = (*table)->nonempty_total();
+    if (const Result<void> set = session_.set_segment_table(*table); !set) finish(set.error());
   } else if (const auto* segment = std::get_if<event::SegmentArrived>(&event)) {
     hash_in(segment->bytes, (std::uint64_t{segment->cell} << 32 | segment->segment) + 4);
   } else if (std::holds_alternative<event::WantsServed>(event)) {
     // The session lets each segment through once and in order, so the count alone tells whether all came.
-    const std::uint64_t expected = session_.model()->segment_total;
-    if (session_.received_segments() == expected && session_.index_complete()) return finish(std::nullopt);
+    if (session_.received_segments() == expected_segments_ && session_.index_complete()) return finish(std::nullopt);
     finish(Error{ErrorKind::bad_input, "the server says that all is sent, but " +
                                            std::to_string(session_.received_segments()) + " of " +
-                                           std::to_string(expected) + " segments came"});
+                                           std::to_string(expected_segments_) + " segments came"});
   }
 }
 

@@ -4,18 +4,30 @@
 #include <asio.hpp>
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 
 #include "client/load/load_run.h"
 
 namespace fanstream {
 
+// The segment tables of what the clients of one thread receive: all get the same index, and it is read once.
+class LoadTables {
+ public:
+  explicit LoadTables(const LoadOptions& options) : options_(options) {}
+  Result<std::shared_ptr<const SegmentTable>> find(Bytes head, Bytes index);
+
+ private:
+  const LoadOptions& options_;
+  std::map<std::uint64_t, std::shared_ptr<const SegmentTable>> tables_;  // by a hash of head and index
+};
+
 // Lives on one single-threaded io_context.
 class LoadClient : public std::enable_shared_from_this<LoadClient> {
  public:
   using Done = std::function<void(const LoadOutcome&)>;
-  LoadClient(asio::io_context& io, const LoadOptions& options, std::atomic<std::uint64_t>& bytes_so_far,
-             std::function<void()> on_connected, Done on_done);
+  LoadClient(asio::io_context& io, const LoadOptions& options, LoadTables& tables,
+             std::atomic<std::uint64_t>& bytes_so_far, std::function<void()> on_connected, Done on_done);
   void start(const asio::ip::tcp::endpoint& endpoint);
   void stop(Error why);
 
@@ -34,11 +46,13 @@ class LoadClient : public std::enable_shared_from_this<LoadClient> {
   asio::ip::tcp::socket socket_;
   asio::steady_timer timer_;
   const LoadOptions& options_;
+  LoadTables& tables_;
   std::atomic<std::uint64_t>& bytes_so_far_;
   std::function<void()> on_connected_;
   Done on_done_;
   ClientSession session_;
   LoadOutcome outcome_;
+  std::uint64_t expected_segments_ = 0;
   TimeMs started_ms_ = 0;
   std::int64_t started_us_ = 0;
   bool reading_ = false, writing_ = false, over_ = false;

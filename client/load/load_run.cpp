@@ -42,7 +42,7 @@ class LoadThread {
       --slots_;
       --left_;
       auto client = std::make_shared<LoadClient>(
-          io_, options_, bytes_,
+          io_, options_, tables_, bytes_,
           [this] {
             ++slots_;
             asio::post(io_, [this] { start_some(); });
@@ -76,6 +76,7 @@ class LoadThread {
   std::uint32_t slots_;
   std::atomic<std::uint64_t>& bytes_;
   std::atomic<std::uint32_t>& ended_;
+  LoadTables tables_{options_};
   std::vector<LoadOutcome> outcomes_;
   std::vector<std::weak_ptr<LoadClient>> clients_;
   asio::io_context io_{1};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,8 @@ struct LoadOptions {
   TimeMs timeout_ms = 60'000;      // for the whole of one client
   const std::atomic<bool>* stop = nullptr;
   ClientSessionOptions session;
+  // Reads a model's head and index; by default as those of an asset.
+  std::function<Result<std::shared_ptr<const SegmentTable>>(Bytes head, Bytes index)> read_table = {};
 };
 
 // Of one client. Times are since its connect() began.

@@ -80,16 +80,21 @@ Result<void> ModelFetch::receive_index() {
   if (!index) return tl::unexpected(index.error());
   hash_->add(*bytes);
   report_.bytes.index = bytes->size();
+  if (Result<void> used = source_->use_index(*index); !used) return used;
   mesh_->set_index(std::make_shared<const AssetIndex>(std::move(*index)));
   order_ = order_segments(mesh_->head(), mesh_->index());
   return {};
 }
 
 std::size_t ModelFetch::end_for_bytes(std::uint64_t bytes) const {
-  std::uint64_t spent = source_->received_bytes() + source_->slack_bytes();
+  const std::uint64_t spent = source_->received_bytes() + source_->slack_bytes();
+  std::uint64_t segments = 0, size_bytes = 0;
   std::size_t end = taken_;
-  while (end < order_.size() && spent + source_->cost_bytes(order_[end]) <= bytes)
-    spent += source_->cost_bytes(order_[end++]);
+  for (; end < order_.size(); ++end) {
+    segments += order_[end].size_bytes == 0 ? 0 : 1;
+    size_bytes += order_[end].size_bytes;
+    if (spent + source_->cost_bytes(segments, size_bytes) > bytes) break;
+  }
   return end;
 }
 

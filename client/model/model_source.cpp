@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "client/model/source_place.h"
 #include "common/asset/asset_file.h"
 
 namespace fanstream {
@@ -28,6 +29,7 @@ class FileSource final : public ModelSource {
     received_bytes_ += asset_->index().size();
     return asset_->index();
   }
+  Result<void> use_index(const AssetIndex&) override { return {}; }
   Result<void> want(const std::vector<OrderedSegment>& order, std::size_t end) override {
     order_ = &order;
     end_ = std::min(end, order.size());
@@ -42,7 +44,7 @@ class FileSource final : public ModelSource {
     return Next(asset_->segment(wanted.cell, wanted.segment));
   }
   std::uint64_t received_bytes() const override { return received_bytes_; }
-  std::uint64_t cost_bytes(const OrderedSegment& segment) const override { return segment.size_bytes; }
+  std::uint64_t cost_bytes(std::uint64_t, std::uint64_t bytes) const override { return bytes; }
   std::uint64_t slack_bytes() const override { return 0; }
 
  private:
@@ -55,12 +57,6 @@ class FileSource final : public ModelSource {
   std::size_t end_ = 0;
   std::uint64_t received_bytes_ = 0;
 };
-
-std::uint64_t varint_bytes(std::uint64_t value) {
-  std::uint64_t count = 1;
-  for (; value >= 0x80; value >>= 7U) ++count;
-  return count;
-}
 
 class ServerSource final : public ModelSource {
  public:
@@ -77,10 +73,11 @@ class ServerSource final : public ModelSource {
   Digest digest() const override { return opened_.digest; }
   Result<std::span<const std::byte>> head() override { return client_.receive_head(); }
   Result<std::span<const std::byte>> index() override { return client_.receive_index(); }
+  Result<void> use_index(const AssetIndex& index) override { return client_.set_segment_table(segment_table(index)); }
   Result<void> want(const std::vector<OrderedSegment>& order, std::size_t end) override;
   Result<std::optional<std::span<const std::byte>>> next_segment() override;
   std::uint64_t received_bytes() const override { return client_.session().received_bytes(); }
-  std::uint64_t cost_bytes(const OrderedSegment& segment) const override;
+  std::uint64_t cost_bytes(std::uint64_t segments, std::uint64_t bytes) const override;
   std::uint64_t slack_bytes() const override { return 64; }
 
  private:
@@ -94,10 +91,6 @@ class ServerSource final : public ModelSource {
 };
 
 Result<void> ServerSource::want(const std::vector<OrderedSegment>& order, std::size_t end) {
-  if (order.size() != opened_.segment_total) {
-    return fail(ErrorKind::bad_input, name_ + ": the index has " + std::to_string(order.size()) +
-                                          " segments, the server said " + std::to_string(opened_.segment_total));
-  }
   order_ = &order;
   end_ = std::min(end, order.size());
   if (next_ == end_) return {};
@@ -110,6 +103,10 @@ Result<void> ServerSource::want(const std::vector<OrderedSegment>& order, std::s
 Result<std::optional<std::span<const std::byte>>> ServerSource::next_segment() {
   using Next = std::optional<std::span<const std::byte>>;
   while (next_ < end_) {
+    if ((*order_)[next_].size_bytes == 0) {  // never sent
+      ++next_;
+      return Next(std::span<const std::byte>());
+    }
     Result<std::optional<ClientEvent>> event = client_.next_event(kWaitMs);
     if (!event) return tl::unexpected(event.error());
     if (!*event) continue;
@@ -130,41 +127,29 @@ Result<std::optional<std::span<const std::byte>>> ServerSource::next_segment() {
   return Next();
 }
 
-// Frame header, checksum and fields as in PROTOCOL.md; long segments come in parts.
-std::uint64_t ServerSource::cost_bytes(const OrderedSegment& segment) const {
-  const std::uint64_t fixed = kFrameHeaderBytes + 4 + varint_bytes(segment.cell) + varint_bytes(segment.segment);
-  if (segment.size_bytes <= kMaxChunkBytes) return fixed + segment.size_bytes;
-  const std::uint64_t parts = (segment.size_bytes + kMaxChunkBytes - 1) / kMaxChunkBytes;
-  return parts * (fixed + 2 * varint_bytes(segment.size_bytes)) + segment.size_bytes;
+// At worst every second cell has no such segment, and each starts a run of its own; and frames are half full.
+std::uint64_t ServerSource::cost_bytes(std::uint64_t segments, std::uint64_t bytes) const {
+  return bytes + 2 * segments + bytes / 128;
 }
 
-Result<std::unique_ptr<ModelSource>> open_on_server(const std::string& text, const SourceOptions& options) {
-  const Result<ServerAddress> address = parse_server_address(text);
-  if (!address) return tl::unexpected(address.error());
-  if (address->model.empty()) {
-    return fail(ErrorKind::usage,
-                "'" + text + "': names no model; expected HOST:PORT/MODEL, see fanstream-client list " + text);
-  }
-  Result<StreamClient> client = StreamClient::connect(*address, options.client);
+Result<std::unique_ptr<ModelSource>> open_on_server(const ServerAddress& address, const SourceOptions& options) {
+  Result<StreamClient> client = StreamClient::connect(address, options.client);
   if (!client) return tl::unexpected(client.error());
-  Result<Opened> opened = client->open(address->model, options.on_building);
+  Result<Opened> opened = client->open(address.model, options.on_building);
   if (!opened) {
     Error error = opened.error();
-    if (error.kind == ErrorKind::not_found) error.message += "; see fanstream-client list " + address->text();
+    if (error.kind == ErrorKind::not_found) error.message += "; see fanstream-client list " + address.text();
     return tl::unexpected(std::move(error));
   }
-  return std::make_unique<ServerSource>(std::move(*client), std::move(*opened), address->model);
+  return std::make_unique<ServerSource>(std::move(*client), std::move(*opened), address.model);
 }
 
 }  // namespace
 
 Result<std::unique_ptr<ModelSource>> ModelSource::open(const std::string& text, const SourceOptions& options) {
-  std::error_code ignored;
-  const bool exists = fs::exists(text, ignored);
-  if (!exists && text.find(':') != std::string::npos) return open_on_server(text, options);
-  if (!exists) {
-    return fail(ErrorKind::not_found, text + ": no such file; for a model on a server write HOST:PORT/MODEL");
-  }
+  const Result<SourcePlace> place = locate_source(text);
+  if (!place) return tl::unexpected(place.error());
+  if (place->server) return open_on_server(*place->server, options);
   Result<std::shared_ptr<const AssetFile>> asset = AssetFile::open(text);
   if (!asset) return tl::unexpected(asset.error());
   return std::make_unique<FileSource>(std::move(*asset), text, options.client.stop);

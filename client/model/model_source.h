@@ -37,6 +37,8 @@ class ModelSource {
   virtual Result<std::span<const std::byte>> head() = 0;
   virtual Result<std::span<const std::byte>> index() = 0;
 
+  // What was read of index(): to be told before any segment is wanted.
+  virtual Result<void> use_index(const AssetIndex& index) = 0;
   // From now on segments [0, end) of the order come, those given before left out. `end` never becomes less, and the
   // order stays the same one.
   virtual Result<void> want(const std::vector<OrderedSegment>& order, std::size_t end) = 0;
@@ -45,8 +47,8 @@ class ModelSource {
 
   // Everything that came over the network, or what was read of the file.
   virtual std::uint64_t received_bytes() const = 0;
-  // By how much one more segment raises received_bytes().
-  virtual std::uint64_t cost_bytes(const OrderedSegment& segment) const = 0;
+  // By how much so many segments in order, which hold so many bytes, raise received_bytes() at most.
+  virtual std::uint64_t cost_bytes(std::uint64_t segments, std::uint64_t bytes) const = 0;
   // What may come besides what was asked for: answers, signs of life.
   virtual std::uint64_t slack_bytes() const = 0;
 };

@@ -23,6 +23,19 @@ std::vector<OrderedSegment> order_segments(const AssetHead& head, const AssetInd
   return order;
 }
 
+std::shared_ptr<const SegmentTable> segment_table(const AssetIndex& index) {
+  auto table = std::make_shared<SegmentTable>();
+  table->reserve(index.cells.size(), index.segments.size());
+  std::vector<std::uint32_t> sizes_bytes;
+  for (const CellEntry& cell : index.cells) {
+    sizes_bytes.clear();
+    for (std::uint32_t i = 0; i < cell.segment_count; ++i)
+      sizes_bytes.push_back(index.segments[cell.first_segment + i].size_bytes);
+    table->add_cell(sizes_bytes);
+  }
+  return table;
+}
+
 std::vector<CellRun> wants_for(const std::vector<OrderedSegment>& order, std::size_t end) {
   std::vector<CellPrefix> list;
   list.reserve(std::min(end, order.size()));

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "common/asset/asset_layout.h"
 #include "protocol/runs.h"
+#include "protocol/segment_table.h"
 
 namespace fanstream {
 
@@ -18,6 +20,9 @@ struct OrderedSegment {
 
 // By layer, then by cell. Every prefix of it can be refined but for splits that wait for a neighbouring cell.
 std::vector<OrderedSegment> order_segments(const AssetHead& head, const AssetIndex& index);
+
+// What a session of the protocol needs to know of the index.
+std::shared_ptr<const SegmentTable> segment_table(const AssetIndex& index);
 
 // What to ask for to get segments [0, end) in this order, those already held left out by the server.
 std::vector<CellRun> wants_for(const std::vector<OrderedSegment>& order, std::size_t end);

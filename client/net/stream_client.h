@@ -17,6 +17,8 @@
 
 namespace fanstream {
 
+TimeMs steady_now_ms();
+
 struct StreamClientOptions {
   TimeMs connect_timeout_ms =
       10'000;  // until the server's welcome; looking up a host name takes as long as the system lets it
@@ -47,6 +49,8 @@ class StreamClient {
   Result<Bytes> receive_head();
   Result<Bytes> receive_index();
 
+  // See ClientSession: to be told after receive_index() and before anything else is waited for.
+  Result<void> set_segment_table(std::shared_ptr<const SegmentTable> table);
   // See ClientSession. Sent with the next call that waits.
   Result<std::uint32_t> set_wants(std::vector<CellRun> runs);
   Result<void> release(const std::vector<CellRun>& runs);

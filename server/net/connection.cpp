@@ -1,6 +1,8 @@
 #include "server/net/connection.h"
 
+#include <linux/sockios.h>
 #include <netinet/tcp.h>
+#include <sys/ioctl.h>
 
 #include <array>
 #include <chrono>
@@ -10,7 +12,7 @@ namespace {
 
 constexpr std::size_t kReadBytes = 16 * 1024;
 constexpr int kReadsPerTurn = 4;  // then other connections of this thread get theirs
-constexpr int kWritesPerTurn = 4;
+constexpr int kWritesPerTurn = 8;
 constexpr TimeMs kLingerMs = 1'000;  // for the client to read our last words before a reset could overtake them
 
 TimeMs now_ms() {
@@ -100,17 +102,23 @@ void Connection::wait_readable() {
 }
 
 void Connection::read_some() {
+  if (take_input()) pump();
+}
+
+// Reads and handles what is there. False if the connection has ended.
+bool Connection::take_input() {
   for (int i = 0; i < kReadsPerTurn && session_.wants_to_receive(); ++i) {
     const std::span<std::byte> room = session_.prepare(kReadBytes);
     asio::error_code error;
     const std::size_t size = socket_.read_some(asio::buffer(room.data(), room.size()), error);
     session_.commit(size, now_ms());
     if (would_block(error)) break;
-    if (error) return end();  // also when the client closed only its half: it can neither want nor grant any more
+    if (error)
+      return end(), false;  // also when the client closed only its half: it can neither want nor grant any more
     while (const std::optional<ServerEvent> event = session_.next_event(now_ms())) answer(*event);
     if (size < room.size()) break;
   }
-  pump();
+  return true;
 }
 
 void Connection::wait_writable() {
@@ -124,12 +132,21 @@ void Connection::wait_writable() {
   });
 }
 
-// The socket can take bytes: only now is it decided which.
+// The kernel says 'writable' below half of the low water mark. Within a turn this is asked again: whatever it holds
+// unsent when a new list of wants comes is sent all the same.
+bool Connection::holds_little_unsent() {
+  int unsent_bytes = 0;
+  if (::ioctl(socket_.native_handle(), SIOCOUTQNSD, &unsent_bytes) != 0) return false;
+  return unsent_bytes < shared_.options.unsent_low_water_bytes / 2;
+}
+
+// The socket can take bytes: only now is it decided which, by the newest list that has come.
 void Connection::write_some() {
+  if (!take_input()) return;
   std::array<Bytes, 64> buffers;                // as many as Asio passes on in one write
   thread_local std::vector<std::byte> scratch;  // needed only until the bytes are in the socket
-  const std::uint64_t segments_before = session_.sent_segments();
   for (int i = 0; i < kWritesPerTurn && session_.wants_to_send(); ++i) {
+    if (i > 0 && !holds_little_unsent()) break;
     const std::size_t count = session_.next_write(buffers, scratch);
     if (count == 0) break;
     gather_.clear();
@@ -140,12 +157,13 @@ void Connection::write_some() {
     }
     asio::error_code error;
     const std::size_t size = socket_.write_some(gather_, error);
+    const std::uint64_t segments_before = session_.sent_segments();
     session_.written(size, now_ms());
     shared_.counters.sent_bytes += size;
+    shared_.counters.sent_segments += session_.sent_segments() - segments_before;
     if (error && !would_block(error)) return end();
     if (size < total_bytes) break;
   }
-  shared_.counters.sent_segments += session_.sent_segments() - segments_before;
   pump();
 }
 

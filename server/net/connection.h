@@ -38,6 +38,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void wait_readable();
   void wait_writable();
   void read_some();
+  bool take_input();
+  bool holds_little_unsent();
   void write_some();
   void answer(const ServerEvent& event);
   void answer_open(const std::string& model);

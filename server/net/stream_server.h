@@ -17,8 +17,9 @@ struct ServerOptions {
   std::uint16_t port = kDefaultPort;    // 0: the system chooses, see StreamServer::port()
   unsigned threads = 0;                 // 0: one per core
   std::uint32_t max_sessions = 10'000;  // further clients are told 'server full'
-  // Bytes the kernel may hold unsent per connection before it asks for more. Small keeps choices late, large saves
-  // wake-ups.
+  // Bytes the kernel may hold unsent per connection before it asks for more: it asks when it holds less than half of
+  // this, and then takes ServerSessionOptions::write_batch_bytes, so it never holds more than the two together, 48 KiB.
+  // What it holds is sent even if it is no longer wanted. Small keeps choices late, large saves wake-ups.
   int unsent_low_water_bytes = 32 * 1024;
   TimeMs building_poll_ms = 200;
   TimeMs drain_timeout_ms = 2'000;  // stop(): how long clients have to read the goodbye

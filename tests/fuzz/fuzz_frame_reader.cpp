@@ -27,6 +27,20 @@ void round_trip(const Result<Message>& first, Result<Message> (*decode)(Bytes)) 
   require(once == twice);
 }
 
+// A batch has one form, and no more segments than bytes.
+void round_trip_batch(Bytes payload) {
+  const Result<SegmentBatch> batch = decode_segments(payload);
+  if (!batch) return;
+  std::uint64_t segments = 0;
+  for (const BatchRun& run : batch->runs) segments += std::uint64_t{run.cell_count} * run.segment_count;
+  require(segments > 0 && segments <= batch->bytes.size());
+  std::vector<std::byte> again;
+  WireWriter writer(again);
+  write_batch_fields(batch->release_count, batch->runs, writer);
+  writer.bytes(batch->bytes);
+  require(std::equal(again.begin(), again.end(), payload.begin(), payload.end()));
+}
+
 void decode_payload(FrameType type, Bytes view) {
   // An exactly sized copy, so that the sanitizer sees every over-read.
   const std::vector<std::byte> payload(view.begin(), view.end());
@@ -47,8 +61,8 @@ void decode_payload(FrameType type, Bytes view) {
     case FrameType::catalogue: (void)decode_catalogue(payload); return;
     case FrameType::head_data:
     case FrameType::index_data: (void)decode_blob_part(type, payload); return;
-    case FrameType::segment:
-    case FrameType::segment_part: (void)decode_segment(type, payload); return;
+    case FrameType::segments: return round_trip_batch(payload);
+    case FrameType::segment_part: (void)decode_segment_part(payload); return;
     case FrameType::list: return;
   }
 }

@@ -26,7 +26,7 @@ class SmallSource final : public SegmentSource {
   std::uint32_t cell_count() const override { return 9; }
   std::uint32_t segment_count(std::uint32_t cell) const override { return cell % 4; }
   Bytes segment(std::uint32_t cell, std::uint32_t segment) const override {
-    return Bytes(blob_).first(cell == 7 ? 200'000 : cell * 10 + segment);
+    return Bytes(blob_).first(cell == 7 ? 200'000 : segment == 1 ? 0 : cell * 10 + segment);
   }
   std::uint64_t vertex_count() const override { return 1; }
   std::uint64_t triangle_count() const override { return 1; }
@@ -107,13 +107,32 @@ void drive_server(Script script) {
   }
 }
 
+// Of SmallSource, so that what the one machine says can be taken by the other.
+std::shared_ptr<const SegmentTable> small_table() {
+  const SmallSource source;
+  auto table = std::make_shared<SegmentTable>();
+  for (std::uint32_t cell = 0; cell < source.cell_count(); ++cell) {
+    std::vector<std::uint32_t> sizes;
+    for (std::uint32_t segment = 0; segment < source.segment_count(cell); ++segment)
+      sizes.push_back(static_cast<std::uint32_t>(source.segment(cell, segment).size()));
+    table->add_cell(sizes);
+  }
+  return table;
+}
+
 void drive_client(Script script) {
+  static const std::shared_ptr<const SegmentTable> table = small_table();
   ClientSession client({}, 0);
   TimeMs now_ms = 0;
   const auto take = [&] {
     while (const std::optional<ClientEvent> event = client.next_event()) {
       if (std::holds_alternative<event::Welcomed>(*event)) (void)client.open("model");
       if (std::holds_alternative<event::ModelOpened>(*event)) (void)client.set_wants({{0, 9, kAllSegments}});
+      if (std::holds_alternative<event::IndexComplete>(*event)) (void)client.set_segment_table(table);
+      if (const auto* arrived = std::get_if<event::SegmentArrived>(&*event)) {
+        require(arrived->bytes.size() == table->size_bytes(arrived->cell, arrived->segment));
+        require(client.held_prefix(arrived->cell) > arrived->segment);
+      }
     }
   };
   std::vector<std::byte> welcome;
@@ -132,11 +151,11 @@ void drive_client(Script script) {
         break;
       }
       case 1: {  // a data frame with a right checksum
-        constexpr std::array kTypes = {FrameType::head_data, FrameType::index_data, FrameType::segment,
+        constexpr std::array kTypes = {FrameType::head_data, FrameType::index_data, FrameType::segments,
                                        FrameType::segment_part};
         const FrameType type = kTypes[script.byte() % 4];
-        const std::array<std::uint32_t, 4> fields{script.byte(), script.byte(), script.byte(), script.byte()};
-        const std::size_t count = type == FrameType::segment ? 2 : type == FrameType::segment_part ? 4 : 1;
+        const std::array<std::uint32_t, 3> fields{script.byte(), script.byte(), script.byte()};
+        const std::size_t count = type == FrameType::segments || type == FrameType::segment_part ? 3 : 1;
         const Bytes blob = script.bytes();
         client.receive(DataFrameHeader(type, std::span(fields).first(count), blob).bytes(), now_ms);
         client.receive(blob, now_ms);

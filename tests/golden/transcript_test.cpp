@@ -1,11 +1,12 @@
 // Replays the sessions in protocol/*.txt against both machines. A line is "C> hex" (client to server), "S> hex" (server
 // to client), or "# comment". FANSTREAM_UPDATE_GOLDEN=1 writes the files anew; look at the difference before committing
 // it.
+#include "tests/support/transcript.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <fstream>
-#include <sstream>
 
 #include "protocol/client_session.h"
 #include "protocol/server_session.h"
@@ -14,11 +15,8 @@
 namespace fanstream {
 namespace {
 
-struct Line {
-  char side = 'C';
-  std::vector<std::byte> bytes;
-  friend bool operator==(const Line&, const Line&) = default;
-};
+using testing::Line;
+using testing::read_transcript;
 
 // The asset of the transcripts: bytes that a reader can recognise.
 class TinySource final : public SegmentSource {
@@ -45,7 +43,7 @@ struct Scenario {
   const char* what;
   std::function<void(ClientSession&, const ClientEvent*)> user;  // null event: at the start
   std::function<void(ServerSession&, const ServerEvent&)> provider;
-  ClientSessionOptions client;
+  ClientSessionOptions client = {};
 };
 
 const std::vector<CellRun> kEverything = {{0, 3, kAllSegments}};
@@ -70,7 +68,7 @@ const Event* as(const ClientEvent* event) {
 
 std::vector<Scenario> scenarios() {
   ClientSessionOptions from_the_future;
-  from_the_future.version_min = 2;
+  from_the_future.version_min = 3;
   from_the_future.version_max = 5;
   return {
       {"whole_model",
@@ -115,6 +113,22 @@ std::vector<Scenario> scenarios() {
        },
        serve_tiny,
        {}},
+      {"release_under_way",
+       "Cells are dropped while segments of theirs are under way.",
+       [](ClientSession& client, const ClientEvent* event) {
+         if (as<event::Welcomed>(event)) {
+           EXPECT_TRUE(client.open("tiny"));
+         }
+         if (as<event::IndexComplete>(event)) {
+           EXPECT_TRUE(client.set_wants({{1, 2, kAllSegments}}));
+         }
+         const auto* arrived = as<event::SegmentArrived>(event);
+         if (arrived == nullptr || arrived->cell != 1 || arrived->segment != 0 || client.set_epoch() != 1) return;
+         EXPECT_TRUE(client.release({{1, 1, 0}}));
+         EXPECT_TRUE(client.set_wants({{1, 1, kAllSegments}}));
+       },
+       serve_tiny,
+       {}},
       {"refusals",
        "A model that is not there, then wants beyond the last cell.",
        [](ClientSession& client, const ClientEvent* event) {
@@ -131,7 +145,7 @@ std::vector<Scenario> scenarios() {
        },
        serve_tiny,
        {}},
-      {"version_mismatch", "A client of versions 2 to 5.", [](ClientSession&, const ClientEvent*) {}, serve_tiny,
+      {"version_mismatch", "A client of versions 3 to 5.", [](ClientSession&, const ClientEvent*) {}, serve_tiny,
        from_the_future},
   };
 }
@@ -148,21 +162,6 @@ std::string hex(Bytes bytes) {
     text += kDigits[std::to_integer<unsigned>(byte) & 15U];
   }
   return text;
-}
-
-std::vector<Line> read_transcript(const std::string& path) {
-  std::ifstream file(path);
-  EXPECT_TRUE(file) << path;
-  std::vector<Line> lines;
-  for (std::string text; std::getline(file, text);) {
-    if (text.size() < 3 || text[0] == '#') continue;
-    Line line{text[0], {}};
-    for (std::size_t i = 3; i + 1 < text.size(); i += 2) {
-      line.bytes.push_back(static_cast<std::byte>(std::stoi(text.substr(i, 2), nullptr, 16)));
-    }
-    lines.push_back(line);
-  }
-  return lines;
 }
 
 // One frame a line, so that a difference names its frame.
@@ -198,7 +197,13 @@ void take_server_output(ServerSession& server, std::vector<Line>& lines) {
 }
 
 void client_turn(const Scenario& scenario, ClientSession& client) {
-  while (const std::optional<ClientEvent> event = client.next_event()) scenario.user(client, &*event);
+  while (const std::optional<ClientEvent> event = client.next_event()) {
+    const auto* opened = as<event::ModelOpened>(&*event);
+    if (as<event::IndexComplete>(&*event) || (opened != nullptr && opened->model.resumed)) {
+      EXPECT_TRUE(client.set_segment_table(segment_table(TinySource())));
+    }
+    scenario.user(client, &*event);
+  }
 }
 
 void server_turn(const Scenario& scenario, ServerSession& server) {

@@ -22,8 +22,9 @@ sockaddr_in loopback(std::uint16_t port) {
 
 }  // namespace
 
-RawSocket RawSocket::connect(std::uint16_t port) {
+RawSocket RawSocket::connect(std::uint16_t port, int receive_buffer_bytes) {
   RawSocket socket(::socket(AF_INET, SOCK_STREAM, 0));
+  if (receive_buffer_bytes > 0) socket.set_receive_buffer(receive_buffer_bytes);
   const sockaddr_in address = loopback(port);
   if (::connect(socket.descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) socket.close();
   return socket;

@@ -12,7 +12,8 @@ namespace fanstream {
 class RawSocket {
  public:
   explicit RawSocket(int descriptor = -1) : descriptor_(descriptor) {}
-  static RawSocket connect(std::uint16_t port);
+  // With a receive buffer of so many bytes, as the system rounds them; 0: its own choice.
+  static RawSocket connect(std::uint16_t port, int receive_buffer_bytes = 0);
   RawSocket(RawSocket&& other) noexcept : descriptor_(other.descriptor_) { other.descriptor_ = -1; }
   RawSocket& operator=(RawSocket&& other) noexcept;
   ~RawSocket() { close(); }
@@ -26,6 +27,7 @@ class RawSocket {
   // What is there, waiting for at least one byte; empty at the end.
   std::vector<std::byte> receive_next();
   bool ended() const { return ended_; }
+  int descriptor() const { return descriptor_; }
   void half_close();
   void close();
   // Closes with a reset instead of an orderly end.

@@ -22,9 +22,13 @@ SyntheticSource::SyntheticSource(const SyntheticShape& shape) {
   cells_.resize(shape.cells);
   for (auto& cell : cells_) {
     cell.resize(random() % (shape.max_segments + 1));
-    for (auto& segment : cell) segment = blob(random() % (shape.max_segment_bytes + 1));
+    for (auto& segment : cell) {
+      const bool empty = shape.empty_one_in != 0 && random() % shape.empty_one_in == 0;
+      segment = blob(empty ? 0 : random() % (shape.max_segment_bytes + 1));
+    }
   }
   for (std::uint8_t& byte : digest_) byte = static_cast<std::uint8_t>(random());
+  table_ = segment_table(*this);
 }
 
 std::uint64_t SyntheticSource::segment_total() const {
@@ -71,18 +75,30 @@ ModelStatus SyntheticProvider::open(const std::string& name) {
   return found == models_.end() ? ModelStatus{} : found->second;
 }
 
-ReceivedModel::ReceivedModel(const SegmentSource& source) : source_(source), held_(source.cell_count(), 0) {}
+std::shared_ptr<const SegmentTable> segment_table(const SegmentSource& source) {
+  auto table = std::make_shared<SegmentTable>();
+  for (std::uint32_t cell = 0; cell < source.cell_count(); ++cell) {
+    std::vector<std::uint32_t> sizes;
+    for (std::uint32_t s = 0; s < source.segment_count(cell); ++s)
+      sizes.push_back(static_cast<std::uint32_t>(source.segment(cell, s).size()));
+    table->add_cell(sizes);
+  }
+  return table;
+}
+
+ReceivedModel::ReceivedModel(const SegmentSource& source)
+    : source_(source), table_(segment_table(source)), held_(source.cell_count(), 0) {}
 
 bool ReceivedModel::add(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes) {
-  if (cell >= held_.size() || held_[cell] != segment || segment >= source_.segment_count(cell)) return false;
-  ++held_[cell];
+  if (cell >= held_.size() || held(cell) != segment || segment >= source_.segment_count(cell)) return false;
+  held_[cell] = segment + 1;
   ++segments_;
   return std::ranges::equal(bytes, source_.segment(cell, segment));
 }
 
 bool ReceivedModel::complete() const {
   for (std::uint32_t cell = 0; cell < held_.size(); ++cell) {
-    if (held_[cell] != source_.segment_count(cell)) return false;
+    if (held(cell) != source_.segment_count(cell)) return false;
   }
   return true;
 }

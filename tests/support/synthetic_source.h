@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/asset/segment_source.h"
+#include "protocol/segment_table.h"
 #include "server/net/model_provider.h"
 
 namespace fanstream {
@@ -20,6 +21,7 @@ struct SyntheticShape {
   std::uint32_t max_segment_bytes = 900;  // 0 to this many
   std::size_t head_bytes = 3000;
   std::size_t index_bytes = 700;
+  std::uint32_t empty_one_in = 5;  // segments have no bytes; 0: only by chance
 };
 
 class SyntheticSource final : public SegmentSource {
@@ -40,13 +42,18 @@ class SyntheticSource final : public SegmentSource {
   std::uint64_t size_bytes() const override { return size_bytes_; }
 
   std::uint64_t segment_total() const;
+  std::uint64_t nonempty_total() const { return table_->nonempty_total(); }  // that are sent
+  std::shared_ptr<const SegmentTable> table() const { return table_; }
 
  private:
   Digest digest_{};
   std::vector<std::byte> head_, index_;
   std::vector<std::vector<std::vector<std::byte>>> cells_;
+  std::shared_ptr<const SegmentTable> table_;
   std::uint64_t size_bytes_ = 0;
 };
+
+std::shared_ptr<const SegmentTable> segment_table(const SegmentSource& source);
 
 // Models by name; a test changes their state while clients wait.
 class SyntheticProvider final : public ModelProvider {
@@ -65,14 +72,15 @@ class SyntheticProvider final : public ModelProvider {
 class ReceivedModel {
  public:
   explicit ReceivedModel(const SegmentSource& source);
-  // False if the segment is not the next of its cell or its bytes are wrong.
+  // False if the segment is not the next of its cell that has bytes, or its bytes are wrong.
   bool add(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
   bool complete() const;
   std::uint64_t segments() const { return segments_; }
-  std::uint32_t held(std::uint32_t cell) const { return held_[cell]; }
+  std::uint32_t held(std::uint32_t cell) const { return table_->next_to_send(cell, held_[cell]); }
 
  private:
   const SegmentSource& source_;
+  std::shared_ptr<const SegmentTable> table_;
   std::vector<std::uint32_t> held_;
   std::uint64_t segments_ = 0;
 };

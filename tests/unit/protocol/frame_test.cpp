@@ -28,11 +28,11 @@ std::vector<std::byte> server_stream(std::uint32_t seed) {
   for (int i = 0; i < 20; ++i) {
     std::vector<std::byte> blob(random() % 3000);
     for (std::byte& byte : blob) byte = static_cast<std::byte>(random());
-    const auto frame = data_frame(FrameType::segment, {static_cast<std::uint32_t>(random() % 100000), 3}, blob);
+    const auto frame = data_frame(FrameType::segments, {static_cast<std::uint32_t>(random() % 100000), 3}, blob);
     out.insert(out.end(), frame.begin(), frame.end());
     if (i % 5 == 0) encode(FrameType::ping, Ping{random()}, out);
   }
-  encode(WantsDone{77}, out);
+  encode(WantsDone{77, 3}, out);
   encode(ErrorMessage{ErrorCode::limit, false, 3, "text"}, out);
   return out;
 }
@@ -75,9 +75,20 @@ TEST(FrameReader, HowTheStreamIsCutDoesNotMatter) {
   }
 }
 
+TEST(FrameReader, AFrameSealedInPlaceIsTheSameAsOneOfTwoPieces) {
+  for (const std::size_t size : {0U, 1U, 100U, 300U, 5000U}) {
+    const std::vector<std::byte> blob(size, std::byte{9});
+    std::vector<std::byte> sealed(kDataContentAt);
+    WireWriter writer(sealed);
+    writer.varint(7), writer.varint(300), writer.bytes(blob);
+    seal_data_frame(FrameType::segments, sealed);
+    EXPECT_EQ(sealed, data_frame(FrameType::segments, {7, 300}, blob));
+  }
+}
+
 TEST(FrameReader, OneFlippedBitInADataFrameIsAlwaysNoticed) {
   std::vector<std::byte> blob(600, std::byte{7});
-  const std::vector<std::byte> frame = data_frame(FrameType::segment, {5, 1}, blob);
+  const std::vector<std::byte> frame = data_frame(FrameType::segments, {5, 1}, blob);
   for (std::size_t bit = 32; bit < frame.size() * 8; ++bit) {  // after the frame header: the checksum, fields and blob
     std::vector<std::byte> damaged = frame;
     damaged[bit / 8] ^= static_cast<std::byte>(1U << (bit % 8));

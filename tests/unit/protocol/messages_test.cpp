@@ -51,7 +51,7 @@ std::vector<Kind> all_kinds() {
       kind("building", Building{1000}, decode_building),
       kind("opened", Opened{true, {1, 2, 3}, kMaxCells, 1ULL << 37, kMaxHeadBytes, 0, ~0ULL, 1ULL << 40, 300},
            decode_opened),
-      kind("wants done", WantsDone{1'000'000}, decode_wants_done),
+      kind("wants done", WantsDone{1'000'000, 70'000}, decode_wants_done),
       kind("degraded", Degraded{DegradedReason::no_credit, "because"}, decode_degraded),
       kind("error", ErrorMessage{ErrorCode::want_out_of_range, false, 77, "text"}, decode_error),
   };
@@ -226,19 +226,104 @@ TEST(Messages, VarintsHaveOneForm) {
   }
 }
 
-TEST(Messages, SegmentPartsThatDoNotFitTheirTotalAreRefused) {
-  const auto part = [](std::uint32_t total, std::uint32_t offset, std::size_t size) {
+Encoded batch_payload(std::uint32_t releases, const std::vector<BatchRun>& runs, std::size_t bytes) {
+  Encoded payload;
+  WireWriter writer(payload);
+  write_batch_fields(releases, runs, writer);
+  payload.resize(payload.size() + bytes, std::byte{1});
+  return payload;
+}
+
+TEST(Messages, BatchesOfSegmentsComeBackAsTheyWere) {
+  const std::vector<std::vector<BatchRun>> lists = {{{0, 1, 1}},
+                                                    {{7, 1, 1}, {3, 1, 9}, {4, 200, 1}, {1, 2, 30}},
+                                                    {{kMaxCells - 1, 1, 1}, {0, 3, 2}, {kMaxCells - 2, 2, 1}}};
+  for (const std::vector<BatchRun>& runs : lists) {
+    const Result<SegmentBatch> batch = decode_segments(batch_payload(300, runs, 1000));
+    ASSERT_TRUE(batch) << batch.error().message;
+    EXPECT_EQ(batch->release_count, 300U);
+    EXPECT_EQ(batch->runs, runs);
+    EXPECT_EQ(batch->bytes.size(), 1000U);
+  }
+}
+
+TEST(Messages, ABatchCostsLittleForEachSegment) {
+  std::vector<BatchRun> in_order, near, scattered;
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    add_to_batch(5000 + i, 1, in_order);
+    add_to_batch(5000 + i * 3, 1, near);
+    add_to_batch(i * 7919 % 4000, 1, scattered);
+  }
+  EXPECT_LE(batch_payload(0, in_order, 0).size(), 8U);
+  EXPECT_LE(batch_payload(0, near, 0).size(), 105U);
+  EXPECT_LE(batch_payload(0, scattered, 0).size(), 205U + 50U);
+}
+
+TEST(Messages, MalformedBatchesAreRefused) {
+  const auto batch = [](std::initializer_list<std::uint64_t> fields, std::size_t bytes) {
     Encoded payload;
     WireWriter writer(payload);
-    writer.varint(1), writer.varint(2), writer.varint(total), writer.varint(offset);
+    for (const std::uint64_t field : fields) writer.varint(field);
+    payload.resize(payload.size() + bytes, std::byte{1});
+    return decode_segments(payload).has_value();
+  };
+  EXPECT_TRUE(batch({0, 1, 0}, 1));
+  EXPECT_FALSE(batch({0, 0}, 10));                         // no run
+  EXPECT_FALSE(batch({0, 1, 0}, 0));                       // a segment without a byte
+  EXPECT_FALSE(batch({0, 70'000, 0}, 60'000));             // more runs than a frame can hold
+  EXPECT_FALSE(batch({0, 60'000, 0}, 60'000));             // more runs than bytes
+  EXPECT_FALSE(batch({0, 1, 1, 0}, 10));                   // one segment of one cell in the longer form
+  EXPECT_FALSE(batch({0, 1, 2}, 10));                      // cell -1
+  EXPECT_TRUE(batch({0, 1, 4ULL * (kMaxCells - 1)}, 10));  // the last cell
+  EXPECT_FALSE(batch({0, 1, 4ULL * kMaxCells}, 10));       // beyond it
+  EXPECT_FALSE(batch({0, 1, 4ULL * (kMaxCells - 1) + 1, 1, 0}, 10));
+  EXPECT_FALSE(batch({0, 1, 1, 2ULL * 10}, 10));  // eleven segments in ten bytes
+  EXPECT_TRUE(batch({0, 1, 1, 2ULL * 9}, 10));
+  EXPECT_FALSE(batch({0, 1, 1, 2ULL * 3 + 1, 3}, 19));  // five cells of four segments
+  EXPECT_TRUE(batch({0, 1, 1, 2ULL * 3 + 1, 3}, 20));
+  EXPECT_FALSE(batch({0, 1, 1, 2ULL * kMaxSegmentsPerCell, 0}, 10));
+  EXPECT_FALSE(batch({0, 1, 0}, kMaxChunkBytes + 1));
+  EXPECT_FALSE(batch({1ULL << 32, 1, 0}, 1));
+}
+
+TEST(Messages, MutatedBatchesAreBoundedByTheirBytes) {
+  const Encoded payload = batch_payload(3, {{70, 1, 1}, {3, 1, 9}, {4, 60, 2}, {1, 2, 30}}, 300);
+  std::size_t accepted = 0;
+  for (std::uint32_t seed = 0; seed < 20'000; ++seed) {
+    std::mt19937 random(seed);
+    Encoded mutated = payload;
+    for (std::uint32_t i = 0; i < 1 + seed % 3; ++i) mutated[random() % 16] = static_cast<std::byte>(random());
+    const Result<SegmentBatch> batch = decode_segments(mutated);
+    if (!batch) continue;
+    ++accepted;
+    std::uint64_t segments = 0;
+    for (const BatchRun& run : batch->runs) {
+      segments += std::uint64_t{run.cell_count} * run.segment_count;
+      ASSERT_LE(std::uint64_t{run.first_cell} + run.cell_count, kMaxCells) << "seed " << seed;
+    }
+    ASSERT_LE(segments, batch->bytes.size()) << "seed " << seed;
+    Encoded again;
+    WireWriter writer(again);
+    write_batch_fields(batch->release_count, batch->runs, writer);
+    writer.bytes(batch->bytes);
+    ASSERT_EQ(again, mutated) << "one form only, seed " << seed;
+  }
+  EXPECT_GT(accepted, 1000U);
+}
+
+TEST(Messages, SegmentPartsHaveBytesAndACellThatCanBe) {
+  const auto part = [](std::uint64_t cell, std::uint64_t offset, std::size_t size) {
+    Encoded payload;
+    WireWriter writer(payload);
+    writer.varint(1), writer.varint(cell), writer.varint(offset);
     payload.resize(payload.size() + size);
-    return decode_segment(FrameType::segment_part, payload).has_value();
+    return decode_segment_part(payload).has_value();
   };
   EXPECT_TRUE(part(100, 60, 40));
-  EXPECT_FALSE(part(100, 61, 40));
-  EXPECT_FALSE(part(100, 0xFFFFFFFFU, 40));
-  EXPECT_FALSE(part(100, 100, 0));
-  EXPECT_FALSE(part(kMaxSegmentBytes + 1, 0, 40));
+  EXPECT_FALSE(part(kMaxCells, 60, 40));
+  EXPECT_FALSE(part(100, kMaxSegmentBytes + 1ULL, 40));
+  EXPECT_FALSE(part(100, 60, 0));
+  EXPECT_FALSE(part(100, 60, kMaxChunkBytes + 1));
 }
 
 }  // namespace

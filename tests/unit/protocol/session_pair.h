@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <variant>
 #include <vector>
 
@@ -57,6 +58,7 @@ struct SessionPair {
     bool any = false;
     while (std::optional<ClientEvent> event = client.next_event()) {
       any = true;
+      tell_table();
       if (const auto* arrived = std::get_if<event::SegmentArrived>(&*event)) {
         if (on_segment) on_segment(*arrived);
         arrived_cells.push_back({arrived->cell, arrived->segment});
@@ -65,6 +67,14 @@ struct SessionPair {
       }
     }
     return any;
+  }
+
+  // What the client's user does as soon as it has the index.
+  void tell_table() {
+    if (table_told || !table || !client.model() || !client.index_complete()) return;
+    table_told = true;
+    const Result<void> set = client.set_segment_table(table);
+    if (!set) throw std::runtime_error(set.error().message);
   }
 
   // Until nothing moves any more.
@@ -77,6 +87,7 @@ struct SessionPair {
   }
 
   void open(const std::shared_ptr<const SegmentSource>& source, std::optional<Have> have = {}) {
+    table = segment_table(*source);
     on_server_event = [this, source](const ServerEvent& event) {
       if (std::holds_alternative<OpenRequested>(event)) server.open_ready(source);
     };
@@ -97,6 +108,8 @@ struct SessionPair {
   std::vector<std::byte> scratch;
   ServerSession server;
   ClientSession client;
+  std::shared_ptr<const SegmentTable> table;
+  bool table_told = false;
   std::function<void(const ServerEvent&)> on_server_event = [](const ServerEvent&) {};
   std::function<void(const event::SegmentArrived&)> on_segment;
   std::vector<ClientEvent> events;

@@ -8,6 +8,8 @@
 
 #include "client/load/load_run.h"
 #include "server/net/stream_server.h"
+#include "tests/support/built_model.h"
+#include "tests/support/mesh_generators.h"
 #include "tests/support/synthetic_source.h"
 
 namespace fanstream {
@@ -30,21 +32,14 @@ ProgramRun run_program(const std::string& arguments) {
   return run;
 }
 
-class LoadTest : public testing::Test {
+class LoadTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    provider->set_ready("model", source);
-    ServerOptions options;
-    options.host = "127.0.0.1";
-    options.port = 0;
-    auto started = StreamServer::start(options, provider);
-    ASSERT_TRUE(started) << started.error().message;
-    server = std::move(*started);
-    place = "127.0.0.1:" + std::to_string(server->port());
+    models.add("model", asset);
+    place = models.address();
   }
-  std::shared_ptr<SyntheticSource> source = std::make_shared<SyntheticSource>(SyntheticShape{});
-  std::shared_ptr<SyntheticProvider> provider = std::make_shared<SyntheticProvider>();
-  std::unique_ptr<StreamServer> server;
+  std::shared_ptr<const AssetFile> asset = testing::build_model(testing::make_sphere(20, 30));
+  testing::ModelServer models;
   std::string place;
 };
 
@@ -55,7 +50,7 @@ TEST_F(LoadTest, JsonCountsEveryClientAndSegment) {
   ASSERT_FALSE(report.is_discarded()) << run.output;
   EXPECT_EQ(report["complete"], 20);
   EXPECT_EQ(report["distinct_contents"], 1);
-  EXPECT_EQ(report["segments"], 20 * source->segment_total());
+  EXPECT_EQ(report["segments"], 20 * segment_table(*asset)->nonempty_total());
   EXPECT_TRUE(report["failures"].empty());
   for (const char* latency : {"connected_ms", "head_ms", "complete_ms"}) {
     EXPECT_LE(report[latency]["min"], report[latency]["median"]);
@@ -73,7 +68,7 @@ TEST_F(LoadTest, ExitCodesSayWhatWentWrong) {
   const ProgramRun missing = run_program(place + "/missing --clients 3");
   EXPECT_EQ(missing.exit_code, 3);
   EXPECT_NE(missing.output.find("missing"), std::string::npos);
-  server->stop();
+  models.server->stop();
   const ProgramRun refused = run_program(place + "/model --clients 3");
   EXPECT_EQ(refused.exit_code, 8);
   EXPECT_NE(refused.output.find(place), std::string::npos);
@@ -81,7 +76,7 @@ TEST_F(LoadTest, ExitCodesSayWhatWentWrong) {
 
 TEST_F(LoadTest, MoreClientsThanMayConnectAtOnceAllComplete) {
   LoadOptions options;
-  options.address = {"127.0.0.1", server->port(), "model"};
+  options.address = {"127.0.0.1", models.port(), "model"};
   options.clients = 60;
   options.connecting = 3;
   options.threads = 2;
@@ -109,6 +104,13 @@ TEST(Load, ClientsThatReceiveDifferentBytesAreNoticed) {
   LoadOptions options;
   options.address = {"127.0.0.1", (*server)->port(), "model"};
   options.clients = 5;
+  options.read_table = [](Bytes head, Bytes) -> Result<std::shared_ptr<const SegmentTable>> {
+    for (std::uint32_t seed = 1; seed < 100; ++seed) {
+      const SyntheticSource source(SyntheticShape{seed});
+      if (std::ranges::equal(head, source.head())) return source.table();
+    }
+    return fail(ErrorKind::bad_input, "the head of no model");
+  };
   EXPECT_EQ(run_load(options).distinct_contents, 5U);
 }
 

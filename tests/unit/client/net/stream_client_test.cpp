@@ -135,9 +135,11 @@ TEST(StreamClient, LiesOfTheServerAreRefused) {
       [&](Script& s) { data(FrameType::head_data, {0}, 101, s); },  // more than announced
       [&](Script& s) { data(FrameType::head_data, {50}, 50, s); },  // a hole
       [&](Script& s) {
-        data(FrameType::head_data, {0}, 100, s), data(FrameType::segment, {0, 0}, 5, s);
+        data(FrameType::head_data, {0}, 100, s), data(FrameType::segments, {0, 1, 0}, 5, s);
       },  // unwanted
-      [&](Script& s) { encode(WantsDone{4}, s); },
+      [&](Script& s) {
+        encode(WantsDone{4, 0}, s);
+      },
       [&](Script& s) { encode(Opened{}, s); },
       [&](Script& s) { encode(Welcome{}, s); },
       [&](Script& s) { encode_catalogue({}, s); },

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "client/model/segment_order.h"
 #include "client/net/stream_client.h"
 #include "common/asset/asset_file.h"
 #include "common/refine/progressive_mesh.h"
@@ -69,6 +70,7 @@ void ServeTest::expect_exact(const std::string& name, const TriangleMesh& source
   ASSERT_TRUE(index_bytes.has_value()) << index_bytes.error().message;
   Result<AssetIndex> index = read_index(*index_bytes, *preamble, *head, name);
   ASSERT_TRUE(index.has_value()) << index.error().message;
+  ASSERT_TRUE(client->set_segment_table(segment_table(*index)).has_value());
   ProgressiveMesh mesh(std::make_shared<AssetHead>(std::move(*head)));
   mesh.set_index(std::make_shared<AssetIndex>(std::move(*index)));
   ASSERT_TRUE(client->set_wants({{0, opened->cell_count, kAllSegments}}));
