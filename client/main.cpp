@@ -5,6 +5,8 @@
 #include "client/commands/commands.h"
 #include "client/commands/model_options.h"
 #include "client/commands/output.h"
+#include "client/commands/session_command.h"
+#include "client/session/live_session.h"
 
 int main(int argc, char** argv) {
   using namespace fanstream;
@@ -17,8 +19,8 @@ int main(int argc, char** argv) {
       "fanstream-client COMMAND --help tells more.\n"
       "Exit codes: 0 done, 2 usage, 3 not found, 4 reading or writing, 5 bad input,\n"
       "6 unsupported, 7 limit, 8 network, 130 interrupted.");
-  const std::array<Command, 4> commands{add_list_command(app), add_fetch_command(app), add_render_command(app),
-                                        add_snapshots_command(app)};
+  const std::array<Command, 5> commands{add_list_command(app), add_fetch_command(app), add_render_command(app),
+                                        add_snapshots_command(app), add_session_command(app, open_live_session)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -45,6 +45,9 @@ class SimulatedConnection {
   // Sent as soon as the server has welcomed the client. Call once. Fails as ClientSession::open, then from run_until.
   void open(std::string model, std::optional<Have> have = {});
   // As in ClientSession, at now_us(). Also between calls of run_until.
+  Result<void> set_segment_table(std::shared_ptr<const SegmentTable> table) {
+    return client_.set_segment_table(std::move(table));
+  }
   Result<std::uint32_t> set_wants(std::vector<CellRun> runs);
   Result<void> release(const std::vector<CellRun>& runs);
 

@@ -1,8 +1,8 @@
 #include "client/session/view_model.h"
 
-#include <algorithm>
-#include <cmath>
 #include <glm/geometric.hpp>
+
+#include "client/view/asset_cells.h"
 
 namespace fanstream {
 namespace {
@@ -26,50 +26,15 @@ void enclose(CellExtent& extent, const glm::dvec3& center, double radius) {
 
 ViewModel::ViewModel(std::shared_ptr<const AssetHead> head) : mesh_(std::move(head), MeshMemory::live_part) {}
 
-Result<void> ViewModel::set_index(std::shared_ptr<const AssetIndex> index) {
-  const AssetHead& head = mesh_.head();
-  std::vector<SlabShape> slabs(head.slab_ends.size());
-  std::vector<std::uint32_t> child_counts;
-  for (std::uint32_t s = 0; s < slabs.size(); ++s) slabs[s].layer_count = head.slab_ends[s] - head.layer_begin(s);
-  for (const CellEntry& cell : index->cells) {
-    ++slabs[cell.slab].cell_count;
-    if (cell.slab + 1U < slabs.size()) child_counts.push_back(cell.child_count);
-  }
-  Result<CellTable> table = CellTable::create(slabs, child_counts);
+Result<void> ViewModel::set_index(std::shared_ptr<const AssetIndex> index, const std::string& name) {
+  Result<CellTable> table = cell_table_of(mesh_.head(), *index, name);
   if (!table) return tl::unexpected(table.error());
   table_ = std::move(*table);
+  targets_.assign(index->cells.size(), 0);
   mesh_.set_index(std::move(index));
   mesh_.set_all_targets(0);
-  fill_table();
-  if (Result<void> checked = table_.check_errors(); !checked) return checked;
-  targets_.assign(mesh_.index().cells.size(), 0);
   planner_ = std::make_unique<Planner>(table_);
   return {};
-}
-
-// What does not change. How many splits a segment has is known before it is decoded only by its share of the bytes.
-void ViewModel::fill_table() {
-  const AssetHead& head = mesh_.head();
-  const AssetIndex& index = mesh_.index();
-  table_.set_base(head.base.triangles.size(), 0);
-  for (std::uint32_t slab = 0; slab < head.slab_ends.size(); ++slab) {
-    for (std::uint32_t layer = head.layer_begin(slab); layer < head.slab_ends[slab]; ++layer) {
-      const std::uint32_t generations = head.layer_ends[layer] - head.first_generation(layer) + 1;
-      table_.set_layer_generations(slab, layer - head.layer_begin(slab), generations);
-    }
-  }
-  for (std::uint32_t c = 0; c < index.cells.size(); ++c) {
-    const CellEntry& cell = index.cells[c];
-    const std::span<const SegmentEntry> segments = std::span(index.segments).subspan(cell.first_segment, cell.segment_count);
-    std::uint64_t bytes = 0;
-    for (const SegmentEntry& s : segments) bytes += s.size_bytes;
-    for (std::uint32_t s = 0; s < segments.size(); ++s) {
-      const double share = bytes == 0 ? 0.0 : static_cast<double>(segments[s].size_bytes) / static_cast<double>(bytes);
-      const auto triangles = static_cast<std::uint32_t>(std::lround(2.0 * share * cell.split_count));
-      const auto error = static_cast<float>(error_from_code(segments[s].error_code, head.grid.step()));
-      table_.set_segment(c, s, {error, segments[s].size_bytes, triangles});
-    }
-  }
 }
 
 Result<void> ViewModel::add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes) {

@@ -28,8 +28,9 @@ class ViewModel {
   ViewModel(const ViewModel&) = delete;
   ViewModel& operator=(const ViewModel&) = delete;
 
-  // Call once. Fails (bad_input) where the index's bounds make no sense, which its reader lets pass.
-  Result<void> set_index(std::shared_ptr<const AssetIndex> index);
+  // Call once. Fails (bad_input, starting with `name`) where the index's bounds rise from coarse to fine, which its reader
+  // lets pass.
+  Result<void> set_index(std::shared_ptr<const AssetIndex> index, const std::string& name);
   bool has_index() const { return planner_ != nullptr; }
 
   // As of ProgressiveMesh. A segment that does not come next in its cell is kept for when it does.
@@ -51,7 +52,6 @@ class ViewModel {
   const Plan& current_plan() const { return *plan_; }
 
  private:
-  void fill_table();
   void update_table();
   void update_extent(std::uint32_t cell);
 

@@ -1,0 +1,187 @@
+#include "client/session/live_session.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "client/session/view_model.h"
+#include "common/fans/fan_shape.h"
+
+namespace fanstream {
+namespace {
+
+// Runs a piece of work and adds up how long it took.
+template <class Work>
+auto timed(double& sum_ms, Work&& work) {
+  const auto begun = std::chrono::steady_clock::now();
+  struct Stop {
+    std::chrono::steady_clock::time_point begun;
+    double& sum_ms;
+    ~Stop() {
+      sum_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
+    }
+  } stop{begun, sum_ms};
+  return work();
+}
+
+class LiveSession final : public ViewSession {
+ public:
+  LiveSession(std::unique_ptr<SessionTransport> transport, const SessionSettings& settings)
+      : transport_(std::move(transport)) {
+    view_.width_px = settings.width;
+    view_.height_px = settings.height;
+    if (settings.triangle_budget) options_.max_triangles = *settings.triangle_budget;
+    if (settings.memory_budget_bytes) options_.max_memory_bytes = *settings.memory_budget_bytes;
+  }
+
+  Result<SessionStep> step(const PathView& view, double time_s) override {
+    look_at(view);
+    step_ = {};
+    if (can_plan()) {
+      if (Result<void> asked = plan_and_ask(); !asked) return tl::unexpected(asked.error());
+    }
+    Result<void> ran = transport_->run_until(
+        time_s, [this](const TransportEvent& event, double now_s) { return handle(event, now_s); });
+    if (!ran) return tl::unexpected(with_context(ran.error(), transport_->name()));
+    if (can_plan()) {
+      if (Result<void> asked = plan_and_ask(); !asked) return tl::unexpected(asked.error());
+    }
+    return report();
+  }
+
+  double now_s() const override { return transport_->now_s(); }
+  std::optional<FirstImage> first_image() const override { return first_image_; }
+
+  Result<FanMesh> fan_mesh() override {
+    if (!model_) return FanMesh{};
+    return make_fan_mesh(model_->mesh().triangle_mesh());
+  }
+
+ private:
+  bool can_plan() const { return model_ && model_->has_index(); }
+
+  void look_at(const PathView& view) {
+    view_.camera = view.camera;
+    if (model_) view_.near_distance = depth_range(view.camera, bounds_).near_distance;
+    options_.tolerance_px = view.tolerance_px;
+    options_.criteria.focus_point.reset();
+    if (view.focus) {
+      FocusPoint focus;
+      focus.position = view.focus->center;
+      focus.radius = view.focus->radius;
+      options_.criteria.focus_point = focus;
+    }
+  }
+
+  Result<void> handle(const TransportEvent& event, double now_s) {
+    if (const auto* head = std::get_if<event::HeadArrived>(&event)) return take_head(head->bytes, now_s);
+    if (const auto* index = std::get_if<event::IndexArrived>(&event)) return take_index(index->bytes);
+    if (const auto* piece = std::get_if<event::PieceArrived>(&event)) {
+      const bool wanted = piece->cell < wanted_.size() && piece->segment < wanted_[piece->cell];
+      if (!wanted) stale_bytes_ += piece->bytes.size();
+      segment_bytes_ += piece->bytes.size();
+      ++segments_;
+      return model_->add_segment(piece->cell, piece->segment, piece->bytes);
+    }
+    if (const auto* hindered = std::get_if<event::Hindered>(&event)) hindrance_ = hindered->reason;
+    // Cells that have come to be may ask for more; no need to wait for the next frame.
+    return std::holds_alternative<event::ListServed>(event) ? plan_and_ask() : Result<void>{};
+  }
+
+  Result<void> take_head(std::span<const std::byte> bytes, double now_s) {
+    Result<AssetPreamble> preamble = read_preamble(bytes, "the head");
+    if (!preamble) return tl::unexpected(preamble.error());
+    preamble_ = *preamble;
+    Result<AssetHead> head = read_head(bytes, "the head");
+    if (!head) return tl::unexpected(head.error());
+    head_ = std::make_shared<const AssetHead>(std::move(*head));
+    model_ = std::make_unique<ViewModel>(head_);
+    bounds_ = bounds_of(model_->mesh().triangle_mesh().positions);
+    view_.near_distance = depth_range(view_.camera, bounds_).near_distance;
+    first_image_ = FirstImage{now_s, transport_->received_bytes()};
+    return {};
+  }
+
+  Result<void> take_index(std::span<const std::byte> bytes) {
+    Result<AssetIndex> index = read_index(bytes, preamble_, *head_, "the index");
+    if (!index) return tl::unexpected(index.error());
+    auto shared = std::make_shared<const AssetIndex>(std::move(*index));
+    if (Result<void> set = model_->set_index(shared, "the index"); !set) return set;
+    if (Result<void> used = transport_->use_index(*shared); !used) return used;
+    wanted_.assign(shared->cells.size(), 0);
+    return plan_and_ask();
+  }
+
+  // Plans, goes towards the plan with what is held, looks again at how things stand then, and asks for what is missing.
+  Result<void> plan_and_ask() {
+    timed(step_.plan_ms, [&] { model_->plan(view_, options_); });
+    constexpr int kMostRounds = 8;  // cells that come to be may have their segments already
+    for (int round = 0; round < kMostRounds; ++round) {
+      const MeshMove move = timed(step_.apply_ms, [&] { return model_->apply(); });
+      step_.splits_applied += move.applied;
+      step_.splits_undone += move.undone;
+      for (const MeshMove::Damage& damage : move.damage) damage_ = damage.error.message;
+      if (round > 0 && move.applied + move.undone == 0) break;
+      timed(step_.plan_ms, [&] { model_->plan(view_, options_); });
+    }
+    if (const std::vector<CellRun> released = model_->evict(); !released.empty()) {
+      if (Result<void> told = transport_->release(released); !told) return told;
+    }
+    std::vector<CellRun> wants = model_->wants();
+    if (wants == asked_) return {};
+    asked_ = wants;
+    std::fill(wanted_.begin(), wanted_.end(), 0U);
+    for (const Want& want : model_->current_plan().wants) {
+      wanted_[want.cell] = std::max(wanted_[want.cell], want.prefix);
+    }
+    return transport_->want(std::move(wants));
+  }
+
+  SessionStep report() {
+    step_.time_s = transport_->now_s();
+    step_.received_bytes = transport_->received_bytes();
+    step_.segment_bytes = segment_bytes_;
+    step_.segments = segments_;
+    step_.stale_bytes = stale_bytes_;
+    step_.tolerance_px = options_.tolerance_px;
+    if (!model_) return step_;
+    step_.triangles = 2ULL * (model_->mesh().vertex_count() - head_->base.places.size()) + head_->base.triangles.size();
+    if (!model_->has_index()) return step_;
+    const Plan& plan = model_->current_plan();
+    if (std::isfinite(plan.stated_error_px)) step_.error_px = plan.stated_error_px;
+    step_.tolerance_px = plan.effective_tolerance_px;
+    if (!damage_.empty() || plan.limitation != Limitation::none) {
+      step_.state = ViewState::degraded;
+      step_.reason = damage_.empty() ? plan.reason : damage_;
+    } else if (plan.settled) {
+      step_.state = ViewState::complete;
+    } else if (!hindrance_.empty()) {
+      step_.state = ViewState::degraded;
+      step_.reason = hindrance_;
+    }
+    return step_;
+  }
+
+  std::unique_ptr<SessionTransport> transport_;
+  View view_;
+  PlanOptions options_;
+  AssetPreamble preamble_;
+  std::shared_ptr<const AssetHead> head_;
+  std::unique_ptr<ViewModel> model_;
+  Bounds bounds_;
+  SessionStep step_;
+  std::optional<FirstImage> first_image_;
+  std::vector<CellRun> asked_;
+  std::vector<std::uint32_t> wanted_;  // by cell: the prefix of the newest list
+  std::uint64_t segment_bytes_ = 0, segments_ = 0, stale_bytes_ = 0;
+  std::string hindrance_;
+  std::string damage_;
+};
+
+}  // namespace
+
+std::unique_ptr<ViewSession> live_session(std::unique_ptr<SessionTransport> transport,
+                                          const SessionSettings& settings) {
+  return std::make_unique<LiveSession>(std::move(transport), settings);
+}
+
+}  // namespace fanstream

@@ -1,0 +1,97 @@
+// What a session is opened with: the transport, and the whole model to compare with.
+#include <algorithm>
+
+#include "client/model/segment_stream.h"
+#include "client/session/live_session.h"
+#include "common/asset/asset_file.h"
+#include "common/refine/full_mesh.h"
+
+namespace fanstream {
+namespace {
+
+// Everything that a source has, as the bytes of an asset file.
+Result<std::vector<std::byte>> receive_file(SegmentStream& stream, const SessionSettings& settings) {
+  const auto head = stream.head();
+  if (!head) return tl::unexpected(head.error());
+  const Result<AssetPreamble> preamble = read_preamble(*head, stream.name());
+  if (!preamble) return tl::unexpected(preamble.error());
+  const Result<AssetHead> read = read_head(*head, stream.name());
+  if (!read) return tl::unexpected(read.error());
+  const auto index_bytes = stream.index();
+  if (!index_bytes) return tl::unexpected(index_bytes.error());
+  const Result<AssetIndex> index = read_index(*index_bytes, *preamble, *read, stream.name());
+  if (!index) return tl::unexpected(index.error());
+  if (Result<void> used = stream.use_index(*index); !used) return tl::unexpected(used.error());
+  std::vector<std::byte> sections(preamble->section_bytes());
+  std::copy(head->begin(), head->end(), sections.begin());
+  std::copy(index_bytes->begin(), index_bytes->end(), sections.begin() + static_cast<std::ptrdiff_t>(head->size()));
+  const std::vector<OrderedSegment> order = order_segments(*read, *index);
+  if (Result<std::uint32_t> wanted = stream.want(wants_for(order, order.size())); !wanted) {
+    return tl::unexpected(wanted.error());
+  }
+  std::uint64_t received = 0;
+  while (received < preamble->segment_bytes) {
+    Result<std::optional<StreamEvent>> event = stream.next_event(1000);
+    if (!event) return tl::unexpected(event.error());
+    if (!*event) continue;
+    const auto* segment = std::get_if<event::SegmentArrived>(&**event);
+    if (segment == nullptr) continue;
+    const SegmentEntry& entry = index->segments[index->cells[segment->cell].first_segment + segment->segment];
+    std::copy(segment->bytes.begin(), segment->bytes.end(), sections.begin() + static_cast<std::ptrdiff_t>(entry.offset));
+    received += segment->bytes.size();
+    if (settings.progress) {
+      settings.progress("receiving the whole model",
+                        static_cast<double>(received) / static_cast<double>(preamble->segment_bytes));
+    }
+  }
+  return assemble_file(*preamble, std::span(sections).subspan(kPreambleBytes));
+}
+
+Result<std::shared_ptr<const AssetFile>> whole_asset(const SessionSettings& settings) {
+  std::error_code ignored;
+  if (std::filesystem::exists(settings.source, ignored)) return AssetFile::open(settings.source);
+  SegmentStreamOptions options;
+  options.network.client.stop = settings.stop;
+  if (settings.progress) {
+    options.on_building = [&settings](double done) { settings.progress("the server builds the model", done); };
+  }
+  Result<std::unique_ptr<SegmentStream>> stream = SegmentStream::open(settings.source, options);
+  if (!stream) return tl::unexpected(stream.error());
+  Result<std::vector<std::byte>> bytes = receive_file(**stream, settings);
+  if (!bytes) return tl::unexpected(bytes.error());
+  return AssetFile::from_memory(std::move(*bytes), settings.source);
+}
+
+std::string model_name(const std::string& source) {
+  std::error_code ignored;
+  if (std::filesystem::exists(source, ignored)) return std::filesystem::path(source).stem().string();
+  const std::size_t slash = source.find('/');
+  return slash == std::string::npos ? source : source.substr(slash + 1);
+}
+
+}  // namespace
+
+Result<OpenedSession> open_live_session(const SessionSettings& settings) {
+  Result<std::shared_ptr<const AssetFile>> asset = whole_asset(settings);
+  if (!asset) return tl::unexpected(asset.error());
+  OpenedSession opened;
+  opened.model = model_name(settings.source);
+  opened.digest = text_of((*asset)->digest());
+  opened.grid_step = (*asset)->asset_head()->grid.step();
+  Result<std::unique_ptr<ProgressiveMesh>> full = load_full(**asset);
+  if (!full) return tl::unexpected(full.error());
+  opened.full = (*full)->triangle_mesh();
+  opened.bounds = bounds_of(opened.full->positions);
+  std::unique_ptr<SessionTransport> transport;
+  if (settings.real_time) {
+    Result<std::unique_ptr<SessionTransport>> streamed = streamed_transport(settings);
+    if (!streamed) return tl::unexpected(streamed.error());
+    transport = std::move(*streamed);
+  } else {
+    transport = simulated_transport(*asset, settings.link, opened.model);
+  }
+  opened.session = live_session(std::move(transport), settings);
+  return opened;
+}
+
+}  // namespace fanstream
