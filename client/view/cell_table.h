@@ -58,8 +58,9 @@ class CellTable {
   void set_applied(std::uint32_t cell, std::uint32_t prefix) { set_applied(cell, prefix, prefix); }
   void set_applied(std::uint32_t cell, std::uint32_t prefix, std::uint32_t begun);
   void set_held(std::uint32_t cell, std::uint32_t prefix);
-  // Of the cell's part of the original. Keep what was once set: it never changes. A cell without bounds counts as lying
-  // anywhere in its parent's; one of slab 0 without as being everywhere.
+  // Of the cell's part of the original: what is known of the mesh as it is now, inflated by the cell's error. Keep it
+  // when the cell disappears, and replace it only by a tighter one, or a still camera may not come to rest. A cell
+  // without counts as lying anywhere in its parent's; one of slab 0 without as being everywhere.
   void set_extent(std::uint32_t cell, const CellExtent& extent);
   // The cells beside a live cell, of any slab, in any order. An empty list says nothing and changes nothing: lists of
   // cells that are no longer live, complete ones too, stay known. The relation should be symmetric.

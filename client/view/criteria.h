@@ -18,15 +18,13 @@
 // eye is inside the sphere, `near` is what keeps it finite. It never falls as e rises.
 //
 // *Weight* = frustum * facing * focus point * focus direction, each 1 where its criterion is off:
-//   frustum     1 where the sphere, e included, touches the picture; outside it falls linearly to `offscreen_weight`
-//   where
-//               the gap, seen from the eye, has a sine of `frustum_falloff`.
-//   facing      With axis a and half angle h of the cone, psi = angle(a, C - eye): all normals at all points of the
-//   sphere face
-//               away if |C| cos(psi + h) > r, and face the eye if |C| cos(pi - psi + h) > r. What is neither may hold
-//               the silhouette and has `silhouette_weight`; from there the weight goes linearly to `back_facing_weight`
-//               or to 1 as (|C| cos(..) - r) / |C| rises to `facing_falloff`. Unknown cones have 1.
-//   focus       see FocusPoint and FocusDirection.
+//   frustum  1 where the sphere, e included, touches the picture; outside it falls linearly to `offscreen_weight` where
+//            the gap, seen from the eye, has a sine of `frustum_falloff`.
+//   facing   With axis a and half angle h of the cone, psi = angle(a, C - eye): all normals at all points of the sphere
+//            face away if |C| cos(psi + h) > r, and face the eye if |C| cos(pi - psi + h) > r. What is neither may hold
+//            the silhouette and has `silhouette_weight`; from there the weight goes linearly to `back_facing_weight` or
+//            to 1 as (|C| cos(..) - r) / |C| rises to `facing_falloff`. Unknown cones have 1.
+//   focus    see FocusPoint and FocusDirection.
 // All are continuous in the camera: a trembling hand changes weights a little, and hysteresis covers that.
 //
 // Sources: Miura, Adachi, Ikedo, "sqrt(2)-subdivision" (view volume, front faces, silhouettes deeper); Odauchi,

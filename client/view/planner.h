@@ -74,9 +74,11 @@ enum class Limitation : std::uint8_t {
 };
 
 struct Plan {
-  std::vector<std::uint8_t> targets;  // by cell: the prefix that should be applied, of cells yet to come too
-  std::vector<Want> wants;            // what it depends on always stands before a want
-  std::vector<Eviction> evictions;    // after the targets are applied; least valuable first
+  // By cell, of cells yet to come too: the prefix that the mesh may refine it to. The last of it may be there only
+  // because a cell beside needs a generation of it, and then will not be applied as a whole.
+  std::vector<std::uint8_t> targets;
+  std::vector<Want> wants;          // what a want needs of coarser layers always stands before it
+  std::vector<Eviction> evictions;  // after the targets are applied; least valuable first
 
   Limitation limitation = Limitation::none;
   std::string reason;                   // one sentence if limitation is not none

@@ -316,6 +316,24 @@ TEST(Planner, BudgetIsUsedOnceItIsKnownWhereCellsAre) {
   }
 }
 
+TEST(Planner, CutOfAStillCameraFallsOnlyWhenCellsTurnOutToBeElsewhere) {
+  const SlabShape slab{2, 1};
+  CellTable table = *CellTable::create({&slab, 1}, {});
+  for (std::uint32_t c = 0; c < 2; ++c) table.set_segment(c, 0, {0.1F, 10, 100});
+  PlanOptions options;
+  options.max_triangles = 100;
+  Planner planner(table);
+  EXPECT_EQ(planner.plan(side_view(), options).planned_triangles, 0U) << "both may be anywhere, and only one fits";
+  table.set_extent(0, {{0, 0, 0}, 0.1});
+  table.set_extent(1, {{0, 0, -5}, 0.1});
+  const double tolerance_px = planner.plan(side_view(), options).effective_tolerance_px;
+  EXPECT_EQ(planner.plan(side_view(), options).targets, (std::vector<std::uint8_t>{1, 0}));
+  table.set_segment(1, 0, {0.1F, 10, 0});
+  EXPECT_EQ(planner.plan(side_view(), options).targets, (std::vector<std::uint8_t>{1, 0})) << "nothing swings back";
+  EXPECT_EQ(planner.plan(side_view(), options).effective_tolerance_px, tolerance_px);
+  EXPECT_EQ(planner.plan(side_view(0.01), options).targets, (std::vector<std::uint8_t>{1, 1})) << "the camera moved";
+}
+
 TEST(Planner, ParentsAreNotEvictedUnderTheirChildren) {
   const SlabShape slabs[] = {{1, 1}, {1, 1}};
   const std::uint32_t children[] = {1};

@@ -180,7 +180,7 @@ void Situation::targets_are_minimal() {
     if (!options_.speculate && !world_.live(c)) continue;
     for (std::uint32_t p = 1; p <= table().segment_count(c); ++p) {
       const double px = judgements[c].weight * judgements[c].error.px(table().error_at(c, p - 1));
-      if (std::abs(px - options_.tolerance_px) < 1e-4 * px) return;  // too close to call in single precision
+      if (std::abs(px - options_.tolerance_px) < 1e-3 * px) return;  // too close to call in single precision
       if (px > options_.tolerance_px) wished[c] = p;
     }
   }
@@ -190,6 +190,7 @@ void Situation::targets_are_minimal() {
   const auto need = [&](std::uint32_t c, std::uint32_t p, std::uint32_t generations) {
     if (needs[c][p - 1] >= generations) return;
     needs[c][p - 1] = generations;
+    for (std::uint32_t q = 1; q < p; ++q) needs[c][q - 1] = table().layer_generations(table().slab_of(c), q - 1);
     changed = true;
   };
   const auto all = [&](std::uint32_t c, std::uint32_t p) {
