@@ -44,6 +44,7 @@ std::uint64_t content_hash(const OpenAsset& asset) {
   std::uint64_t sum = hash(std::as_bytes(std::span(digest)), 1) + hash(asset.head(), 2) + hash(asset.index(), 3);
   for (std::uint32_t c = 0; c < asset.cell_count(); ++c) {
     for (std::uint32_t s = 0; s < asset.segment_count(c); ++s) {
+      if (asset.segment(c, s).empty()) continue;  // never sent
       sum += hash(asset.segment(c, s), (std::uint64_t{c} << 32U | s) + 4);
     }
   }
