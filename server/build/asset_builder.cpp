@@ -9,6 +9,7 @@
 #include "server/build/cell_grower.h"
 #include "server/build/layer_plan.h"
 #include "server/build/split_training.h"
+#include "server/build/surface_error.h"
 
 namespace fanstream {
 namespace {
@@ -141,8 +142,7 @@ class Builder {
     std::vector<std::vector<std::vector<std::byte>>> by_cell;  // [cell][layer of its slab]
     std::vector<std::vector<float>> deviations;                // likewise: the largest of its merges
     std::vector<float> current;                                // by cell
-    // What rounding to the grid can add: half a step's diagonal, once for each halving besides.
-    const double rounding = 0.5 * std::sqrt(3.0) * head_.grid.step() * (1.0 + coded.history.middle_depth);
+    const SurfaceErrors surface = measure_surface(mesh_.triangles, coded_places(), head_.grid, coded);
     const auto encoder = [&](std::uint32_t cell) -> RansEncoder& {
       if (cell >= encoders.size()) encoders.resize(cell + 1);
       return encoders[cell];
@@ -152,7 +152,8 @@ class Builder {
         [&](const RingGeometry&, const FanSplit& split, const MergeRecord& merge) {
           const std::uint32_t cell = grower.state().cells[split.root].cell;
           if (cell >= current.size()) current.resize(cell + 1, 0.0F);
-          current[cell] = std::max(current[cell], merge.deviation);
+          const std::uint32_t patch = surface.patch_of[&merge - coded.history.merges.data()];
+          current[cell] = std::max(current[cell], surface.patches[patch].error);
         },
         [&](std::uint32_t layer, std::uint32_t cell) {
           if (cell >= by_cell.size()) by_cell.resize(cell + 1);
@@ -187,7 +188,7 @@ class Builder {
         SegmentEntry entry;
         entry.size_bytes = static_cast<std::uint32_t>(by_cell[c][s].size());
         entry.checksum = segment_checksum(by_cell[c][s]);
-        entry.error_code = code_of_error(deviations[c][s] + rounding, head_.grid.step());
+        entry.error_code = code_of_error(deviations[c][s], head_.grid.step());
         index_.segments.push_back(entry);
         auto& out = layer_segments_[head_.layer_begin(cell.slab) + s];
         out.insert(out.end(), by_cell[c][s].begin(), by_cell[c][s].end());

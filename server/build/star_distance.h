@@ -1,0 +1,138 @@
+// Distances from points to the faces around a vertex, four at a time.
+#pragma once
+
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <vector>
+
+#include "common/support/vector4.h"
+
+namespace fanstream {
+
+// Four points, one a lane.
+struct FourPoints {
+  Float4 x{}, y{}, z{};
+  void set(int lane, const glm::vec3& p) {
+    x[lane] = p.x;
+    y[lane] = p.y;
+    z[lane] = p.z;
+  }
+};
+
+// The faces {0, b, c} of a star whose centre is the origin. Distances are those to points that lie in the face but for
+// the rounding of a few operations: never less than the truth by more than 1e-6 of the largest coordinate, however thin
+// the face; they are more than the truth where a face is so thin that its edges are as good.
+class StarDistance {
+ public:
+  static constexpr float kMargin = 2e-6F;  // of the largest coordinate: to be added to a distance to make it a bound
+
+  struct Nearest {
+    float squared = std::numeric_limits<float>::infinity();
+    std::uint32_t face = 0;
+  };
+
+  void clear() {
+    blocks_.clear();
+    count_ = 0;
+  }
+  std::uint32_t count() const { return count_; }
+
+  void add(const glm::vec3& b, const glm::vec3& c) {
+    if (count_ % 4 == 0) blocks_.emplace_back();
+    const glm::vec3 e = c - b;
+    const float bb = glm::dot(b, b);
+    const float cc = glm::dot(c, c);
+    const float bc = glm::dot(b, c);
+    const float det = glm::dot(glm::cross(b, c), glm::cross(b, c));
+    const float values[kValues] = {b.x,
+                                   b.y,
+                                   b.z,
+                                   c.x,
+                                   c.y,
+                                   c.z,
+                                   e.x,
+                                   e.y,
+                                   e.z,
+                                   inverse(bb),
+                                   inverse(cc),
+                                   inverse(glm::dot(e, e)),
+                                   bb * inverse(det),
+                                   cc * inverse(det),
+                                   bc * inverse(det)};
+    // Unused lanes of the last block repeat this face; nearest() then finds its first.
+    for (int i = 0; i < kValues; ++i) {
+      for (std::uint32_t lane = count_ % 4; lane < 4; ++lane) blocks_.back().values[i][lane] = values[i];
+    }
+    ++count_;
+  }
+
+  // The nearest face; the first of equals. Precondition: there is one.
+  Nearest nearest(const glm::vec3& query) const {
+    const FourPoints q{float4(query.x), float4(query.y), float4(query.z)};
+    Float4 best = float4(std::numeric_limits<float>::infinity());
+    Uint4 where = uint4(0);
+    for (std::uint32_t i = 0; i < blocks_.size(); ++i) {
+      const Float4 squared = distances(q, blocks_[i].values);
+      const Uint4 nearer = mask_of(squared < best);
+      best = chosen(nearer, squared, best);
+      where = chosen(nearer, uint4(4 * i) + kLaneNumbers, where);
+    }
+    Nearest nearest;
+    for (int lane = 0; lane < 4; ++lane) {
+      if (best[lane] < nearest.squared || (best[lane] == nearest.squared && where[lane] < nearest.face)) {
+        nearest = {best[lane], where[lane]};
+      }
+    }
+    return nearest;
+  }
+
+  Float4 squared(const FourPoints& points, std::uint32_t face) const {
+    Float4 values[kValues];
+    const Block& block = blocks_[face / 4];
+    for (int i = 0; i < kValues; ++i) values[i] = float4(block.values[i][face % 4]);
+    return distances(points, values);
+  }
+
+ private:
+  static constexpr int kValues = 15;
+  struct Block {
+    Float4 values[kValues];
+  };
+
+  static float inverse(float v) {
+    const float result = 1.0F / v;
+    return result < std::numeric_limits<float>::max() ? result : 0.0F;
+  }
+  static Float4 smaller(Float4 a, Float4 b) { return a < b ? a : b; }
+  static Float4 within_one(Float4 t) { return smaller(t < float4(0.0F) ? float4(0.0F) : t, float4(1.0F)); }
+
+  static Float4 distances(const FourPoints& q, const Float4 (&v)[kValues]) {
+    const Float4 qb = q.x * v[0] + q.y * v[1] + q.z * v[2];
+    const Float4 qc = q.x * v[3] + q.y * v[4] + q.z * v[5];
+    const Float4 along_b = within_one(qb * v[9]);
+    const Float4 along_c = within_one(qc * v[10]);
+    const Float4 none = float4(0.0F);
+    Float4 best = smaller(squared_rest(q, v, along_b, none), squared_rest(q, v, none, along_c));
+    const Float4 qe = (q.x - v[0]) * v[6] + (q.y - v[1]) * v[7] + (q.z - v[2]) * v[8];
+    const Float4 along_e = within_one(qe * v[11]);
+    best = smaller(best, squared_rest(q, v, float4(1.0F) - along_e, along_e));
+    const Float4 weight_b = v[13] * qb - v[14] * qc;
+    const Float4 weight_c = v[12] * qc - v[14] * qb;
+    const Uint4 inside =
+        mask_of(weight_b >= none) & mask_of(weight_c >= none) & mask_of(weight_b + weight_c <= float4(1.0F));
+    return smaller(best, chosen(inside, squared_rest(q, v, weight_b, weight_c), best));
+  }
+
+  static Float4 squared_rest(const FourPoints& q, const Float4 (&v)[kValues], Float4 weight_b, Float4 weight_c) {
+    const Float4 x = q.x - (weight_b * v[0] + weight_c * v[3]);
+    const Float4 y = q.y - (weight_b * v[1] + weight_c * v[4]);
+    const Float4 z = q.z - (weight_b * v[2] + weight_c * v[5]);
+    return x * x + y * y + z * z;
+  }
+
+  std::vector<Block> blocks_;
+  std::uint32_t count_ = 0;
+};
+
+}  // namespace fanstream
