@@ -31,6 +31,7 @@ class SurfaceTracker {
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  static constexpr std::uint32_t kMostDepth = 4;
 
   struct alignas(32) Vertex {
     glm::vec3 place{0.0F};        // in the full model
@@ -44,6 +45,10 @@ class SurfaceTracker {
     std::uint32_t list_size = 0;
     std::uint32_t stamp = kNone;  // the last patch that covered it
     std::uint32_t local = 0;      // its number in the star at hand
+  };
+  struct Loose {
+    std::uint32_t triangle = 0;
+    std::uint32_t depth = 0;
   };
   struct Range {
     std::uint32_t begin = 0;
@@ -143,8 +148,8 @@ class SurfaceTracker {
     gather_carried();
     make_star();
     find_nearest();
-    for (const std::uint32_t t : items_) carry(carried_[t]);
-    const float error = carrier_.error() + StarDistance::kMargin * extent_;
+    carry_all();
+    const float error = std::sqrt(carrier_.upper()) + StarDistance::kMargin * extent_ + rounding_;
     result_.patches[patch_].error =
         std::nextafter(static_cast<float>(error * grid_.step()), std::numeric_limits<float>::infinity());
     result_.patches[patch_].normals = cone();
@@ -176,17 +181,79 @@ class SurfaceTracker {
       const Face& face = faces_[f];
       for (std::uint32_t i = 0; i < face.list_size; ++i) prefetch(&carried_[lists_[face.list + i]]);
     }
+    has_parts_ = false;
     for (const std::uint32_t f : covered_) {
       const Face& face = faces_[f];
       listed_ -= face.list_size;
-      for (std::uint32_t i = 0; i < face.list_size; ++i) {
-        const std::uint32_t t = lists_[face.list + i];
-        if (carried_[t].stamp == patch_) continue;
-        carried_[t].stamp = patch_;
-        items_.push_back(t);
-        for (const VertexId v : carried_[t].corners) prefetch(&vertices_[v]);
+      for (std::uint32_t i = 0; i < face.list_size; ++i) gather(lists_[face.list + i]);
+    }
+    if (has_parts_) join_parts();
+  }
+
+  void gather(std::uint32_t t) {
+    CarriedTriangle& triangle = carried_[t];
+    if (triangle.stamp == patch_) return;
+    triangle.stamp = patch_;
+    if (triangle.child_count == 0) {
+      if (triangle.parent != kNone) {
+        if (!is_covered(triangle.faces[0]) && !is_covered(triangle.faces[1]) && !is_covered(triangle.faces[2])) return;
+        has_parts_ = true;
+      }
+      items_.push_back(t);
+      for (const VertexId v : triangle.corners) prefetch(&vertices_[v]);
+      return;
+    }
+    for (std::uint32_t i = 0; i < triangle.child_count; ++i) gather(triangle.children + i);
+  }
+
+  // Parts that have all come together in this patch are needed no longer.
+  void join_parts() {
+    std::size_t kept = 0;
+    const std::size_t count = items_.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t t = items_[i];
+      const std::uint32_t parent = carried_[t].parent;
+      if (parent == kNone || !is_inside(parent)) {
+        items_[kept++] = t;
+      } else if (t == carried_[parent].children) {
+        items_.push_back(parent);  // behind the others, so that only its own parts' first is replaced by it
       }
     }
+    items_.erase(items_.begin() + static_cast<std::ptrdiff_t>(kept),
+                 items_.begin() + static_cast<std::ptrdiff_t>(count));
+    for (std::size_t i = kept; i < items_.size(); ++i) join(items_[i]);
+  }
+
+  // Whether the parts of a triangle are all carried by covered faces and have no parts themselves.
+  bool is_inside(std::uint32_t t) const {
+    const CarriedTriangle& triangle = carried_[t];
+    for (std::uint32_t i = 0; i < triangle.child_count; ++i) {
+      const CarriedTriangle& part = carried_[triangle.children + i];
+      if (part.child_count != 0) return false;
+      for (const std::uint32_t f : part.faces) {
+        if (!is_covered(f)) return false;
+      }
+    }
+    return true;
+  }
+
+  void join(std::uint32_t t) {
+    CarriedTriangle& triangle = carried_[t];
+    const std::uint32_t face = carried_[triangle.children].faces[0];
+    for (std::uint32_t i = 0; i < triangle.child_count; ++i) {
+      for (const VertexId v : carried_[triangle.children + i].corners) {
+        const bool own =
+            v >= codes_.size() && v != triangle.corners[0] && v != triangle.corners[1] && v != triangle.corners[2];
+        if (own && vertices_[v].face != kNone) {
+          vertices_[v].face = kNone;  // handed back once
+          free_vertices_.push_back(v);
+        }
+      }
+    }
+    free_parts_[triangle.child_count].push_back(triangle.children);
+    triangle.child_count = 0;
+    triangle.children = kNone;
+    for (std::uint32_t& f : triangle.faces) f = face;
   }
 
   void make_star() {
@@ -226,41 +293,168 @@ class SurfaceTracker {
 
   // The nearest face of the star for each vertex of which a corner is to be carried on.
   void find_nearest() {
-    const glm::vec3 centre = places_[root_];
     float most = 0.0F;
     for (const std::uint32_t t : items_) {
-      const CarriedTriangle& carried = carried_[t];
+      const CarriedTriangle& triangle = carried_[t];
       for (int i = 0; i < 3; ++i) {
-        Vertex& vertex = vertices_[carried.corners[i]];
-        if (vertex.stamp == patch_ || !is_covered(carried.faces[i])) continue;
-        const StarDistance::Nearest nearest = star_.nearest(vertex.place - centre);
-        vertex.stamp = patch_;
-        vertex.squared = nearest.squared;
-        vertex.face = nearest.face;
-        most = std::max(most, nearest.squared);
+        if (is_covered(triangle.faces[i])) most = std::max(most, nearest_to(triangle.corners[i]));
       }
     }
     carrier_.begin(star_, most);
   }
 
-  void carry(CarriedTriangle& triangle) {
-    const glm::vec3 centre = places_[root_];
+  float nearest_to(VertexId v) {
+    Vertex& vertex = vertices_[v];
+    if (vertex.stamp == patch_) return vertex.squared;
+    const StarDistance::Nearest nearest = star_.nearest(vertex.place - places_[root_]);
+    vertex.stamp = patch_;
+    vertex.squared = nearest.squared;
+    vertex.face = nearest.face;
+    return nearest.squared;
+  }
+
+  // A bound that is a fifth above what is there for sure is good enough.
+  float enough() const {
+    const float distance = 1.2F * std::sqrt(carrier_.lower()) + 0.1F;
+    return std::max(carrier_.upper(), distance * distance);
+  }
+
+  void carry_all() {
+    loose_.clear();
+    for (const std::uint32_t t : items_) {
+      if (!try_carry(t)) loose_.push_back({t, 0});
+    }
+    rounding_ = has_parts_ || !loose_.empty() ? part_rounding() : 0.0F;
+    while (!loose_.empty()) {
+      const Loose loose = loose_.back();
+      loose_.pop_back();
+      if (loose.depth == kMostDepth) {
+        carry(loose.triangle);
+      } else {
+        if (!try_carry(loose.triangle)) cut(loose.triangle, loose.depth);
+      }
+    }
+  }
+
+  // Corners of parts are rounded to floats.
+  float part_rounding() const {
+    const glm::vec3& p = places_[root_];
+    return 2e-7F * (std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}) + extent_);
+  }
+
+  TriangleInStar in_star(const CarriedTriangle& triangle) {
     TriangleInStar at;
     for (int i = 0; i < 3; ++i) {
       const Vertex& vertex = vertices_[triangle.corners[i]];
-      at.points[i] = vertex.place - centre;
+      at.points[i] = vertex.place - places_[root_];
       reach(at.points[i]);
       at.inside[i] = is_covered(triangle.faces[i]);
       at.faces[i] = vertex.face;
       at.squared[i] = vertex.squared;
     }
-    if (at.inside[0] && at.inside[1] && at.inside[2] && triangle.is_whole() &&
-        faces_[triangle.faces[0]].corners[0] != kNone) {
+    return at;
+  }
+
+  // Whether the triangle could be carried on without making the patch's bound loose.
+  bool try_carry(std::uint32_t t) {
+    CarriedTriangle& triangle = carried_[t];
+    TriangleInStar at = in_star(triangle);
+    if (at.all_inside() && triangle.is_whole() && faces_[triangle.faces[0]].corners[0] != kNone) {
       at.before = faces_[triangle.faces[0]].local;
     }
-    carrier_.carry(triangle, at);
+    const float squared = carrier_.carry(triangle, at);
+    if (squared > enough()) return false;
+    take(triangle, at, squared);
+    return true;
+  }
+
+  void carry(std::uint32_t t) {
+    CarriedTriangle& triangle = carried_[t];
+    TriangleInStar at = in_star(triangle);
+    const float squared = carrier_.carry(triangle, at);
+    take(triangle, at, squared);
+  }
+
+  void take(CarriedTriangle& triangle, const TriangleInStar& at, float squared) {
+    carrier_.accept(squared);
     for (int i = 0; i < 3; ++i) {
       if (at.inside[i]) triangle.faces[i] = star_faces_[at.faces[i]];
+    }
+  }
+
+  VertexId add_vertex(const glm::vec3& place) {
+    VertexId v = static_cast<VertexId>(vertices_.size());
+    if (free_vertices_.empty()) {
+      vertices_.emplace_back();
+    } else {
+      v = free_vertices_.back();
+      free_vertices_.pop_back();
+    }
+    vertices_[v] = {place, 0.0F, 0, kNone};
+    return v;
+  }
+
+  struct Part {
+    VertexId corners[3];
+    std::uint32_t face;
+  };
+
+  // Parts that lie in one piece each, and then quarters.
+  void cut(std::uint32_t t, std::uint32_t depth) {
+    const TriangleInStar at = in_star(carried_[t]);
+    parts_.clear();
+    if (at.all_inside()) {
+      quarter(carried_[t], at);
+    } else {
+      cut_pieces(carried_[t], at);
+    }
+    const auto count = static_cast<std::uint8_t>(parts_.size());
+    std::uint32_t first = static_cast<std::uint32_t>(carried_.size());
+    if (free_parts_[count].empty()) {
+      carried_.resize(carried_.size() + count);
+    } else {
+      first = free_parts_[count].back();
+      free_parts_[count].pop_back();
+    }
+    CarriedTriangle& triangle = carried_[t];
+    triangle.children = first;
+    triangle.child_count = count;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      CarriedTriangle& part = carried_[first + i];
+      part = {};
+      part.normal = triangle.normal;
+      part.parent = t;
+      part.stamp = patch_;
+      for (int c = 0; c < 3; ++c) {
+        part.corners[c] = parts_[i].corners[c];
+        part.faces[c] = parts_[i].face;
+      }
+      if (!is_covered(parts_[i].face)) continue;
+      for (const VertexId v : part.corners) carrier_.raise(nearest_to(v));
+      items_.push_back(first + i);
+      loose_.push_back({first + i, depth + 1});
+    }
+  }
+
+  void quarter(const CarriedTriangle& triangle, const TriangleInStar& at) {
+    const glm::vec3 centre = places_[root_];
+    VertexId middle[3];
+    for (int e = 0; e < 3; ++e) middle[e] = add_vertex(centre + 0.5F * (at.points[e] + at.points[(e + 1) % 3]));
+    const std::uint32_t face = triangle.faces[0];
+    for (int e = 0; e < 3; ++e) parts_.push_back({{triangle.corners[e], middle[e], middle[(e + 2) % 3]}, face});
+    parts_.push_back({{middle[0], middle[1], middle[2]}, face});
+  }
+
+  void cut_pieces(const CarriedTriangle& triangle, const TriangleInStar& at) {
+    const glm::vec3 centre = places_[root_];
+    VertexId crossings[3];
+    for (int e = 0; e < 3; ++e) crossings[e] = add_vertex(centre + crossing_of(triangle, at, e));
+    const VertexId inside = add_vertex(centre + centre_of(triangle, at));
+    for (int c = 0; c < 3; ++c) {
+      const VertexId leaving = crossings[c];
+      const VertexId leading = crossings[(c + 2) % 3];
+      parts_.push_back({{triangle.corners[c], leaving, inside}, triangle.faces[c]});
+      parts_.push_back({{triangle.corners[c], inside, leading}, triangle.faces[c]});
     }
   }
 
@@ -284,6 +478,7 @@ class SurfaceTracker {
     for (const std::uint32_t f : star_faces_) faces_[f].list_size = 0;
     const auto for_each_entry = [&](auto&& entry) {
       for (const std::uint32_t t : items_) {
+        if (carried_[t].child_count != 0) continue;
         const auto& on = carried_[t].faces;
         if (is_covered(on[0])) entry(t, on[0]);
         if (on[1] != on[0] && is_covered(on[1])) entry(t, on[1]);
@@ -343,7 +538,14 @@ class SurfaceTracker {
   std::vector<std::uint32_t> star_faces_;
   StarDistance star_;
   TriangleCarrier carrier_;
-  float extent_ = 0.0F;
+  float extent_ = 0.0F;    // largest coordinate seen from the centre
+  float rounding_ = 0.0F;  // of the corners of parts
+  bool has_parts_ = false;
+  std::vector<Loose> loose_;
+  std::vector<Part> parts_;
+
+  std::vector<std::uint32_t> free_parts_[7];  // by how many
+  std::vector<VertexId> free_vertices_;
 
   SurfaceErrors result_;
 };
