@@ -3,90 +3,131 @@
 
 #include <algorithm>
 #include <array>
+#include <glm/vec2.hpp>
 
 #include "common/mesh/triangle_mesh.h"
 #include "server/build/star_distance.h"
 
 namespace fanstream {
 
-// Edge e leads from corner e to corner e + 1. One cache line.
+// How a triangle is cut into pieces. Each form is turned so that one corner is its first; k is that corner, i the next,
+// j the one after.
+enum class Cut : std::uint8_t {
+  whole,   // one piece
+  strip,   // that of k; that of i and j
+  strips,  // that of k; one without a corner; that of i and j
+  middle,  // that of i; that of k, which reaches across to the edge from i to j; that of j
+  centre,  // those of k, i and j, which meet in a point
+};
+
+// One cache line.
 struct alignas(64) CarriedTriangle {
-  static constexpr std::uint8_t kCentre = 3;
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
   VertexId corners[3];
-  std::uint32_t faces[3];  // by corner: which face carries its piece
-  glm::vec3 normal{0.0F};  // of length 1, or 0 where the triangle has no area
-  // kCentre: the point inside is corner 0 and these shares of the way to corners 1 and 2. A strip: the point inside
-  // lies between the crossings of the odd corner's two edges, centre[0] of the way from the one that leaves the corner
-  // to the one that leads to it.
-  float centre[2] = {1.0F / 3.0F, 1.0F / 3.0F};
+  std::uint32_t faces[3];          // by piece: which face carries it
+  glm::vec3 normal{0.0F};          // of length 1, or 0 where the triangle has no area
   std::uint32_t parent = kNone;    // the triangle that it is a part of
-  std::uint32_t children = kNone;  // the first of those that stand for it, which are numbered on from there
+  std::uint32_t children = kNone;  // the first of the parts that stand for it, which are numbered on from there
   std::uint32_t stamp = kNone;     // the last patch that has listed it
-  std::uint16_t crossings[3] = {0x8000, 0x8000, 0x8000};  // by edge: where along it two pieces meet, in 65536ths
-  std::uint8_t form = kCentre;                            // otherwise a strip: the odd corner, which is cut off
+  // Where the cuts are, in 65536ths. Strip and strips: along the edges from k to i and from k to j, then again for the
+  // second cut. Middle: from k to i, from k to j, twice from i to j. Centre: from k to i, from i to j, from j to k,
+  // then the shares of the way from k to i and from k to j at which the point inside lies.
+  std::uint16_t shares[5] = {};
+  Cut cut = Cut::whole;
+  std::uint8_t first = 0;  // which corner is k
   std::uint8_t child_count = 0;
 
-  bool is_whole() const { return faces[0] == faces[1] && faces[1] == faces[2]; }
-  float crossing_share(int edge) const { return static_cast<float>(crossings[edge]) * 0x1p-16F; }
+  int piece_count() const { return cut == Cut::whole ? 1 : cut == Cut::strip ? 2 : 3; }
+  int piece_of_corner(int corner) const {
+    if (cut == Cut::whole) return 0;
+    const int turned = (corner + 3 - first) % 3;
+    static constexpr int kPieces[4][3] = {{0, 1, 1}, {0, 2, 2}, {1, 0, 2}, {0, 1, 2}};
+    return kPieces[static_cast<int>(cut) - 1][turned];
+  }
 };
 static_assert(sizeof(CarriedTriangle) == 64);
 
+// The corners of a piece, in order, such that it is made of the triangles {0, n, n + 1}.
+struct Piece {
+  std::array<glm::vec3, 5> points{};
+  int count = 0;
+};
+Piece piece_of(const CarriedTriangle& triangle, const std::array<glm::vec3, 3>& corners, int piece);
+
 // The triangle as a patch sees it. Faces are those of the star.
 struct TriangleInStar {
-  static constexpr std::uint32_t kNoFace = 0xFFFFFFFFU;
-  std::array<glm::vec3, 3> points{};     // its corners, seen from the star's centre
-  std::array<bool, 3> inside{};          // whether the patch covers the face that carries the corner
-  std::array<std::uint32_t, 3> faces{};  // in: nearest to the corner; out: which carries its piece from now on
-  std::array<float, 3> squared{};        // distance of the corner from the nearest face
-  std::uint32_t before = kNoFace;        // what has become of the one face that has carried the triangle, if it remains
-
-  bool all_inside() const { return inside[0] && inside[1] && inside[2]; }
-  bool all_on_one() const { return faces[0] == faces[1] && faces[1] == faces[2]; }
+  std::array<glm::vec3, 3> points{};       // its corners, seen from the star's centre
+  std::array<bool, 3> inside{};            // by piece: whether the patch covers the face that carries it
+  std::array<std::uint32_t, 3> nearest{};  // by corner, where its piece is inside: the nearest face
+  std::array<float, 3> squared{};          // and the square of its distance
+  std::array<std::uint32_t, 3> faces{};    // out: by piece that is inside, which face carries it from now on
+  std::uint32_t before =
+      StarDistance::kNoFace;  // what has become of the face that has carried all of it, if it remains
+  bool all_inside = false;
 };
 
 // Hands the triangles of one patch on, so that the largest distance at the corners of their pieces grows as little as
 // it can. Not thread safe.
 class TriangleCarrier {
  public:
-  // `lower` is the square of a distance that some point has for sure: nothing is gained by coming below it.
-  void begin(const StarDistance& star, float lower) {
+  // `lower` is the square of a distance that some point has for sure: nothing is gained by coming below it. Nor is it
+  // below `usual`, which others around have.
+  void begin(const StarDistance& star, float lower, float usual) {
     star_ = &star;
     lower_ = upper_ = lower;
+    usual_ = usual;
+    good_ = std::max(upper_, usual_);
   }
   // A point was found to be that far off.
   void raise(float squared) {
     lower_ = std::max(lower_, squared);
-    upper_ = std::max(upper_, squared);
+    accept(squared);
   }
   // Takes a triangle's bound into the patch's.
-  void accept(float squared) { upper_ = std::max(upper_, squared); }
+  void accept(float squared) {
+    upper_ = std::max(upper_, squared);
+    good_ = std::max(good_, squared);
+  }
   float lower() const { return lower_; }
   float upper() const { return upper_; }
+  float usual() const { return usual_; }
 
-  // Chooses the faces for the corners that are inside, and new crossings where that is allowed. Returns the squared
-  // bound for the pieces inside. Precondition: a corner is inside.
+  // Chooses the faces for the pieces that are inside, and other pieces if all are. Returns the square of their bound.
+  // Precondition: a piece is inside.
   float carry(CarriedTriangle& triangle, TriangleInStar& at) const;
 
  private:
+  struct Choice {
+    float expected = std::numeric_limits<float>::infinity();  // the largest squared distance of a corner
+    int first = 0;
+    std::array<std::uint32_t, 3> faces{};
+  };
+  struct Choices {
+    Choice strip, strips, middle;
+  };
+
   float carry_all(CarriedTriangle& triangle, TriangleInStar& at) const;
-  float carry_two(CarriedTriangle& triangle, TriangleInStar& at, int outside) const;
-  float carry_one(const CarriedTriangle& triangle, TriangleInStar& at, int corner) const;
-  float cut_off(CarriedTriangle& triangle, const TriangleInStar& at, int odd, float own) const;
-  float cut_in_three(CarriedTriangle& triangle, const TriangleInStar& at, float own) const;
-  float part_two(CarriedTriangle& triangle, const TriangleInStar& at, int outside, float own) const;
-  float improve_crossing(const glm::vec3& from, const glm::vec3& to, std::uint32_t face_from, std::uint32_t face_to,
-                         float& share, float value) const;
+  float carry_pieces(const CarriedTriangle& triangle, TriangleInStar& at) const;
+  Choices choose(const TriangleInStar& at) const;
+  void cut_strip(CarriedTriangle& cut, const TriangleInStar& at, const Choice& choice) const;
+  void cut_strips(CarriedTriangle& cut, const TriangleInStar& at, const Choice& choice) const;
+  void cut_middle(CarriedTriangle& cut, const TriangleInStar& at, const Choice& choice) const;
+  void cut_at_centre(CarriedTriangle& cut, const TriangleInStar& at) const;
+  float share_between(const glm::vec3& from, const glm::vec3& to, std::uint32_t face_from, std::uint32_t face_to) const;
+  float bound(const Piece& piece, std::uint32_t face) const;
   bool is_enough(float squared, float own) const;
+
+  static constexpr std::uint32_t kMostFaces = 32;
 
   const StarDistance* star_ = nullptr;
   float lower_ = 0.0F;
   float upper_ = 0.0F;
+  float usual_ = 0.0F;
+  float good_ = 0.0F;  // what need not be improved
 };
 
-// The points that a triangle's pieces meet in, seen from the star's centre.
-glm::vec3 crossing_of(const CarriedTriangle& triangle, const TriangleInStar& at, int edge);
-glm::vec3 centre_of(const CarriedTriangle& triangle, const TriangleInStar& at);
+// The shares of the way from corner 0 to corners 1 and 2 at which the star's centre lies above the triangle.
+glm::vec2 centre_above(const std::array<glm::vec3, 3>& corners);
 
 }  // namespace fanstream

@@ -20,9 +20,9 @@ struct FourPoints {
   }
 };
 
-// The faces {0, b, c} of a star whose centre is the origin. Distances are those to points that lie in the face but for
-// the rounding of a few operations: never less than the truth by more than 1e-6 of the largest coordinate, however thin
-// the face; they are more than the truth where a face is so thin that its edges are as good.
+// The faces {0, b, c} of a star whose centre is the origin, in order around it. Distances are those to points that lie
+// in the face but for the rounding of a few operations: never less than the truth by more than 1e-6 of the largest
+// coordinate, however thin the face; they are more than the truth where a face is so thin that its edges are as good.
 class StarDistance {
  public:
   static constexpr float kMargin = 2e-6F;  // of the largest coordinate: to be added to a distance to make it a bound
@@ -32,11 +32,29 @@ class StarDistance {
     std::uint32_t face = 0;
   };
 
+  static constexpr std::uint32_t kNoFace = 0xFFFFFFFFU;
+
   void clear() {
     blocks_.clear();
+    sides_.clear();
+    normals_.clear();
     count_ = 0;
+    closed_ = false;
   }
   std::uint32_t count() const { return count_; }
+
+  // The face that follows counter-clockwise, if any.
+  std::uint32_t after(std::uint32_t face) const {
+    if (face + 1 < count_) return face + 1;
+    return closed_ ? 0 : kNoFace;
+  }
+  std::uint32_t before(std::uint32_t face) const {
+    if (face > 0) return face - 1;
+    return closed_ ? count_ - 1 : kNoFace;
+  }
+  // Positive on the side of after(face), negative on that of the face: the plane halfway between the two through their
+  // common edge. Precondition: there is a face after it.
+  float side(const glm::vec3& p, std::uint32_t face) const { return glm::dot(p, sides_[face]); }
 
   void add(const glm::vec3& b, const glm::vec3& c) {
     if (count_ % 4 == 0) blocks_.emplace_back();
@@ -65,6 +83,20 @@ class StarDistance {
       for (std::uint32_t lane = count_ % 4; lane < 4; ++lane) blocks_.back().values[i][lane] = values[i];
     }
     ++count_;
+    const glm::vec3 normal = glm::cross(b, c);
+    const float length = glm::length(normal);
+    normals_.push_back(length > 0.0F ? normal / length : glm::vec3(0.0F));
+    sides_.push_back(c);
+  }
+
+  // Call when all faces are there. `closed`: the first follows the last.
+  void finish(bool closed) {
+    closed_ = closed;
+    for (std::uint32_t f = 0; f < count_; ++f) {
+      const std::uint32_t next = after(f);
+      if (next == kNoFace) continue;
+      sides_[f] = glm::cross(normals_[f] + normals_[next], sides_[f]);
+    }
   }
 
   // The nearest face; the first of equals. Precondition: there is one.
@@ -132,6 +164,9 @@ class StarDistance {
   }
 
   std::vector<Block> blocks_;
+  std::vector<glm::vec3> normals_;
+  std::vector<glm::vec3> sides_;  // by face: normal of the plane between it and the next; before finish() its edge
+  bool closed_ = false;
   std::uint32_t count_ = 0;
 };
 

@@ -2,12 +2,54 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 
 #include "server/build/carried_triangle.h"
 #include "server/build/prefetch.h"
 
 namespace fanstream {
 namespace {
+
+// The largest errors found so far in this and the last generation, by region of a few dozen patches.
+class UsualErrors {
+ public:
+  void begin_generation() {
+    now_.swap(last_);
+    last_size_ = size_;
+    size_ = count_ > 0 ? kPatches * static_cast<float>(sum_ / count_) : size_;
+    now_.assign(std::size_t{1} << kBits, 0.0F);
+    last_.resize(std::size_t{1} << kBits);
+    sum_ = 0.0;
+    count_ = 0;
+  }
+  float value(const glm::vec3& place) const {
+    return std::max(now_[slot(place, size_)], last_[slot(place, last_size_)]);
+  }
+  void raise(const glm::vec3& place, float error, float extent) {
+    float& value = now_[slot(place, size_)];
+    value = std::max(value, error);
+    sum_ += extent;
+    ++count_;
+  }
+
+ private:
+  static constexpr int kBits = 14;
+  static constexpr float kPatches = 6.0F;
+  // Regions that share a slot share their errors.
+  static std::size_t slot(const glm::vec3& place, float size) {
+    const auto whole = [&](float v) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(v / size)); };
+    const std::uint32_t hash =
+        whole(place.x) * 0x9E3779B1U ^ whole(place.y) * 0x85EBCA77U ^ whole(place.z) * 0xC2B2AE3DU;
+    return (hash ^ hash >> 15U) & ((1U << kBits) - 1U);
+  }
+
+  std::vector<float> now_, last_;
+  float size_ = 1000.0F;  // edge of a region
+  float last_size_ = 1000.0F;
+  double sum_ = 0.0;
+  std::uint32_t count_ = 0;
+};
 
 class SurfaceTracker {
  public:
@@ -23,7 +65,12 @@ class SurfaceTracker {
     const MergeHistory& history = coded_.history;
     for (std::uint32_t k = 0; k < history.generation_count(); ++k) {
       gather_patches(k);
+      usual_.begin_generation();
       for (std::size_t p = 0; p < roots_.size(); ++p) measure_patch(p);
+      if (getenv("V"))
+        printf("gen %u patches %zu items %ld mixed %ld tries %ld cuts %ld joins %ld carried %zu listed %zu\n", k,
+               roots_.size(), n_items, n_mixed, n_try, n_cut, n_join, carried_.size(), listed_);
+      n_items = n_try = n_cut = n_join = n_mixed = 0;
       if (lists_.size() > 2 * listed_ + 1024) compact_lists();
     }
     return std::move(result_);
@@ -31,6 +78,7 @@ class SurfaceTracker {
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  static constexpr float kSlack = 1.15F;
   static constexpr std::uint32_t kMostDepth = 4;
 
   struct alignas(32) Vertex {
@@ -49,6 +97,10 @@ class SurfaceTracker {
   struct Loose {
     std::uint32_t triangle = 0;
     std::uint32_t depth = 0;
+  };
+  struct StarFace {
+    std::uint32_t face;
+    VertexId from, to;
   };
   struct Range {
     std::uint32_t begin = 0;
@@ -84,10 +136,10 @@ class SurfaceTracker {
       CarriedTriangle& carried = carried_[f];
       for (int i = 0; i < 3; ++i) {
         carried.corners[i] = t[i];
-        carried.faces[i] = f;
         faces_[f].corners[i] = t[i];
         ++around_[t[i]].size;
       }
+      carried.faces[0] = f;
       const glm::dvec3 a(places_[t[0]]);
       const glm::dvec3 normal = glm::cross(glm::dvec3(places_[t[1]]) - a, glm::dvec3(places_[t[2]]) - a);
       const double length = glm::length(normal);
@@ -149,6 +201,7 @@ class SurfaceTracker {
     make_star();
     find_nearest();
     carry_all();
+    usual_.raise(places_[root_], std::sqrt(carrier_.lower()), extent_);
     const float error = std::sqrt(carrier_.upper()) + StarDistance::kMargin * extent_ + rounding_;
     result_.patches[patch_].error =
         std::nextafter(static_cast<float>(error * grid_.step()), std::numeric_limits<float>::infinity());
@@ -196,7 +249,7 @@ class SurfaceTracker {
     triangle.stamp = patch_;
     if (triangle.child_count == 0) {
       if (triangle.parent != kNone) {
-        if (!is_covered(triangle.faces[0]) && !is_covered(triangle.faces[1]) && !is_covered(triangle.faces[2])) return;
+        if (!is_touched(triangle)) return;
         has_parts_ = true;
       }
       items_.push_back(t);
@@ -213,7 +266,7 @@ class SurfaceTracker {
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t t = items_[i];
       const std::uint32_t parent = carried_[t].parent;
-      if (parent == kNone || !is_inside(parent)) {
+      if (parent == kNone || !are_parts_inside(parent)) {
         items_[kept++] = t;
       } else if (t == carried_[parent].children) {
         items_.push_back(parent);  // behind the others, so that only its own parts' first is replaced by it
@@ -225,14 +278,12 @@ class SurfaceTracker {
   }
 
   // Whether the parts of a triangle are all carried by covered faces and have no parts themselves.
-  bool is_inside(std::uint32_t t) const {
+  bool are_parts_inside(std::uint32_t t) const {
     const CarriedTriangle& triangle = carried_[t];
     for (std::uint32_t i = 0; i < triangle.child_count; ++i) {
       const CarriedTriangle& part = carried_[triangle.children + i];
       if (part.child_count != 0) return false;
-      for (const std::uint32_t f : part.faces) {
-        if (!is_covered(f)) return false;
-      }
+      if (!is_inside(part)) return false;
     }
     return true;
   }
@@ -250,18 +301,16 @@ class SurfaceTracker {
         }
       }
     }
+    ++n_join;
     free_parts_[triangle.child_count].push_back(triangle.children);
     triangle.child_count = 0;
     triangle.children = kNone;
-    for (std::uint32_t& f : triangle.faces) f = face;
+    triangle.cut = Cut::whole;
+    triangle.faces[0] = face;
   }
 
   void make_star() {
-    star_.clear();
-    star_faces_.clear();
-    extent_ = 0.0F;
-    const glm::vec3 centre = places_[root_];
-    const auto around_begin = static_cast<std::uint32_t>(around_pool_.size());
+    rest_.clear();
     for (const std::uint32_t f : covered_) {
       Face& face = faces_[f];
       int members = 0;
@@ -271,36 +320,96 @@ class SurfaceTracker {
         ++members;
         at = i;
       }
-      if (members != 1) {
+      if (members == 1) {
+        rest_.push_back({f, face.corners[(at + 1) % 3], face.corners[(at + 2) % 3]});
+      } else {
         face.corners[0] = kNone;
-        continue;
       }
-      face.corners[at] = root_;
-      face.local = star_.count();
-      const glm::vec3 b = places_[face.corners[(at + 1) % 3]] - centre;
-      const glm::vec3 c = places_[face.corners[(at + 2) % 3]] - centre;
-      reach(b);
-      star_.add(b, c);
-      star_faces_.push_back(f);
-      around_pool_.push_back(f);
     }
+    order_rest();
+    star_.clear();
+    star_faces_.clear();
+    extent_ = 0.0F;
+    const auto around_begin = static_cast<std::uint32_t>(around_pool_.size());
+    for (const StarFace& f : rest_) {
+      faces_[f.face].local = star_.count();
+      faces_[f.face].corners[0] = root_;
+      faces_[f.face].corners[1] = f.from;
+      faces_[f.face].corners[2] = f.to;
+      const glm::vec3 b = places_[f.from] - places_[root_];
+      reach(b);
+      star_.add(b, places_[f.to] - places_[root_]);
+      reach(places_[f.to] - places_[root_]);
+      star_faces_.push_back(f.face);
+      around_pool_.push_back(f.face);
+    }
+    star_.finish(rest_.size() > 2 && rest_.back().to == rest_.front().from);
     around_[root_] = {around_begin, static_cast<std::uint32_t>(around_pool_.size()) - around_begin};
+  }
+
+  // Around the root; an open star from its first face on.
+  void order_rest() {
+    for (std::size_t i = 0; i < rest_.size(); ++i) {
+      const VertexId from = rest_[i].from;
+      if (std::none_of(rest_.begin(), rest_.end(), [&](const StarFace& f) { return f.to == from; })) {
+        std::swap(rest_[0], rest_[i]);
+        break;
+      }
+    }
+    for (std::size_t i = 1; i < rest_.size(); ++i) {
+      const VertexId wanted = rest_[i - 1].to;
+      for (std::size_t k = i; k < rest_.size(); ++k) {
+        if (rest_[k].from != wanted) continue;
+        std::swap(rest_[i], rest_[k]);
+        break;
+      }
+    }
   }
 
   void reach(const glm::vec3& p) { extent_ = std::max({extent_, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}); }
 
   bool is_covered(std::uint32_t face) const { return faces_[face].stamp == patch_; }
+  bool is_inside(const CarriedTriangle& triangle) const {
+    for (int p = 0; p < triangle.piece_count(); ++p) {
+      if (!is_covered(triangle.faces[p])) return false;
+    }
+    return true;
+  }
+  bool is_touched(const CarriedTriangle& triangle) const {
+    for (int p = 0; p < triangle.piece_count(); ++p) {
+      if (is_covered(triangle.faces[p])) return true;
+    }
+    return false;
+  }
 
-  // The nearest face of the star for each vertex of which a corner is to be carried on.
+  // The nearest face of the star for each vertex of which a corner is to be carried on. Triangles whose corners are all
+  // nearest to the same face are done with that.
   void find_nearest() {
+    mixed_.clear();
     float most = 0.0F;
     for (const std::uint32_t t : items_) {
-      const CarriedTriangle& triangle = carried_[t];
+      CarriedTriangle& triangle = carried_[t];
+      bool all = true;
       for (int i = 0; i < 3; ++i) {
-        if (is_covered(triangle.faces[i])) most = std::max(most, nearest_to(triangle.corners[i]));
+        if (is_covered(triangle.faces[triangle.piece_of_corner(i)])) {
+          most = std::max(most, nearest_to(triangle.corners[i]));
+        } else {
+          all = false;
+        }
+      }
+      const std::uint32_t face = vertices_[triangle.corners[0]].face;
+      if (all && vertices_[triangle.corners[1]].face == face && vertices_[triangle.corners[2]].face == face &&
+          (triangle.cut != Cut::strips || is_covered(triangle.faces[1]))) {
+        triangle.cut = Cut::whole;
+        triangle.faces[0] = star_faces_[face];
+      } else {
+        mixed_.push_back(t);
       }
     }
-    carrier_.begin(star_, most);
+    n_items += items_.size();
+    n_mixed += mixed_.size();
+    const float usual = usual_.value(places_[root_]);
+    carrier_.begin(star_, most, usual * usual);
   }
 
   float nearest_to(VertexId v) {
@@ -310,29 +419,26 @@ class SurfaceTracker {
     vertex.stamp = patch_;
     vertex.squared = nearest.squared;
     vertex.face = nearest.face;
+    reach(vertex.place - places_[root_]);
     return nearest.squared;
   }
 
   // A bound that is a fifth above what is there for sure is good enough.
   float enough() const {
-    const float distance = 1.2F * std::sqrt(carrier_.lower()) + 0.1F;
+    const float distance = kSlack * std::sqrt(std::max(carrier_.lower(), carrier_.usual())) + 0.25F;
     return std::max(carrier_.upper(), distance * distance);
   }
 
   void carry_all() {
     loose_.clear();
-    for (const std::uint32_t t : items_) {
-      if (!try_carry(t)) loose_.push_back({t, 0});
+    for (const std::uint32_t t : mixed_) {
+      if (!carry(t, false)) loose_.push_back({t, 0});
     }
     rounding_ = has_parts_ || !loose_.empty() ? part_rounding() : 0.0F;
     while (!loose_.empty()) {
       const Loose loose = loose_.back();
       loose_.pop_back();
-      if (loose.depth == kMostDepth) {
-        carry(loose.triangle);
-      } else {
-        if (!try_carry(loose.triangle)) cut(loose.triangle, loose.depth);
-      }
+      if (!carry(loose.triangle, loose.depth == kMostDepth)) cut(loose.triangle, loose.depth);
     }
   }
 
@@ -348,38 +454,33 @@ class SurfaceTracker {
       const Vertex& vertex = vertices_[triangle.corners[i]];
       at.points[i] = vertex.place - places_[root_];
       reach(at.points[i]);
-      at.inside[i] = is_covered(triangle.faces[i]);
-      at.faces[i] = vertex.face;
+      at.nearest[i] = vertex.face;
       at.squared[i] = vertex.squared;
+    }
+    at.all_inside = true;
+    for (int p = 0; p < triangle.piece_count(); ++p) {
+      at.inside[p] = is_covered(triangle.faces[p]);
+      at.all_inside = at.all_inside && at.inside[p];
+    }
+    if (triangle.cut == Cut::whole && faces_[triangle.faces[0]].corners[0] != kNone) {
+      at.before = faces_[triangle.faces[0]].local;
     }
     return at;
   }
 
-  // Whether the triangle could be carried on without making the patch's bound loose.
-  bool try_carry(std::uint32_t t) {
-    CarriedTriangle& triangle = carried_[t];
-    TriangleInStar at = in_star(triangle);
-    if (at.all_inside() && triangle.is_whole() && faces_[triangle.faces[0]].corners[0] != kNone) {
-      at.before = faces_[triangle.faces[0]].local;
-    }
-    const float squared = carrier_.carry(triangle, at);
-    if (squared > enough()) return false;
-    take(triangle, at, squared);
-    return true;
-  }
-
-  void carry(std::uint32_t t) {
-    CarriedTriangle& triangle = carried_[t];
-    TriangleInStar at = in_star(triangle);
-    const float squared = carrier_.carry(triangle, at);
-    take(triangle, at, squared);
-  }
-
-  void take(CarriedTriangle& triangle, const TriangleInStar& at, float squared) {
+  // Hands a triangle on; unless it must, not where that would make the patch's bound loose. Returns whether it has.
+  bool carry(std::uint32_t t, bool must) {
+    TriangleInStar at = in_star(carried_[t]);
+    CarriedTriangle carried = carried_[t];
+    ++n_try;
+    const float squared = carrier_.carry(carried, at);
+    if (squared > enough() && !must) return false;
     carrier_.accept(squared);
-    for (int i = 0; i < 3; ++i) {
-      if (at.inside[i]) triangle.faces[i] = star_faces_[at.faces[i]];
+    for (int p = 0; p < carried.piece_count(); ++p) {
+      if (at.all_inside || at.inside[p]) carried.faces[p] = star_faces_[at.faces[p]];
     }
+    carried_[t] = carried;
+    return true;
   }
 
   VertexId add_vertex(const glm::vec3& place) {
@@ -403,8 +504,9 @@ class SurfaceTracker {
   void cut(std::uint32_t t, std::uint32_t depth) {
     const TriangleInStar at = in_star(carried_[t]);
     parts_.clear();
-    if (at.all_inside()) {
-      quarter(carried_[t], at);
+    ++n_cut;
+    if (at.all_inside) {
+      cut_whole(carried_[t], at);
     } else {
       cut_pieces(carried_[t], at);
     }
@@ -425,10 +527,8 @@ class SurfaceTracker {
       part.normal = triangle.normal;
       part.parent = t;
       part.stamp = patch_;
-      for (int c = 0; c < 3; ++c) {
-        part.corners[c] = parts_[i].corners[c];
-        part.faces[c] = parts_[i].face;
-      }
+      std::copy_n(parts_[i].corners, 3, part.corners);
+      part.faces[0] = parts_[i].face;
       if (!is_covered(parts_[i].face)) continue;
       for (const VertexId v : part.corners) carrier_.raise(nearest_to(v));
       items_.push_back(first + i);
@@ -436,26 +536,48 @@ class SurfaceTracker {
     }
   }
 
-  void quarter(const CarriedTriangle& triangle, const TriangleInStar& at) {
-    const glm::vec3 centre = places_[root_];
-    VertexId middle[3];
-    for (int e = 0; e < 3; ++e) middle[e] = add_vertex(centre + 0.5F * (at.points[e] + at.points[(e + 1) % 3]));
+  // At the root if it lies above the triangle, else into quarters.
+  void cut_whole(const CarriedTriangle& triangle, const TriangleInStar& at) {
+    const glm::vec3 root = places_[root_];
     const std::uint32_t face = triangle.faces[0];
+    const glm::vec2 above = centre_above(at.points);
+    if (std::min({above.x, above.y, 1.0F - above.x - above.y}) > 0.05F) {
+      const glm::vec3 inside =
+          at.points[0] + above.x * (at.points[1] - at.points[0]) + above.y * (at.points[2] - at.points[0]);
+      const VertexId centre = add_vertex(root + inside);
+      for (int e = 0; e < 3; ++e)
+        parts_.push_back({{centre, triangle.corners[e], triangle.corners[(e + 1) % 3]}, face});
+      return;
+    }
+    VertexId middle[3];
+    for (int e = 0; e < 3; ++e) middle[e] = add_vertex(root + 0.5F * (at.points[e] + at.points[(e + 1) % 3]));
     for (int e = 0; e < 3; ++e) parts_.push_back({{triangle.corners[e], middle[e], middle[(e + 2) % 3]}, face});
     parts_.push_back({{middle[0], middle[1], middle[2]}, face});
   }
 
   void cut_pieces(const CarriedTriangle& triangle, const TriangleInStar& at) {
-    const glm::vec3 centre = places_[root_];
-    VertexId crossings[3];
-    for (int e = 0; e < 3; ++e) crossings[e] = add_vertex(centre + crossing_of(triangle, at, e));
-    const VertexId inside = add_vertex(centre + centre_of(triangle, at));
-    for (int c = 0; c < 3; ++c) {
-      const VertexId leaving = crossings[c];
-      const VertexId leading = crossings[(c + 2) % 3];
-      parts_.push_back({{triangle.corners[c], leaving, inside}, triangle.faces[c]});
-      parts_.push_back({{triangle.corners[c], inside, leading}, triangle.faces[c]});
+    for (int p = 0; p < triangle.piece_count(); ++p) {
+      const Piece piece = piece_of(triangle, at.points, p);
+      VertexId corners[5];
+      for (int i = 0; i < piece.count; ++i) corners[i] = vertex_at(triangle, at, piece.points[i]);
+      for (int i = 1; i + 1 < piece.count; ++i) {
+        parts_.push_back({{corners[0], corners[i], corners[i + 1]}, triangle.faces[p]});
+      }
     }
+  }
+
+  // Of the triangle's own corners, or of the parts made before.
+  VertexId vertex_at(const CarriedTriangle& triangle, const TriangleInStar& at, const glm::vec3& point) {
+    for (int c = 0; c < 3; ++c) {
+      if (at.points[c] == point) return triangle.corners[c];
+    }
+    const glm::vec3 place = point + places_[root_];
+    for (const Part& part : parts_) {
+      for (const VertexId v : part.corners) {
+        if (vertices_[v].place == place) return v;
+      }
+    }
+    return add_vertex(place);
   }
 
   NormalCone cone() const {
@@ -480,9 +602,10 @@ class SurfaceTracker {
       for (const std::uint32_t t : items_) {
         if (carried_[t].child_count != 0) continue;
         const auto& on = carried_[t].faces;
+        const int count = carried_[t].piece_count();
         if (is_covered(on[0])) entry(t, on[0]);
-        if (on[1] != on[0] && is_covered(on[1])) entry(t, on[1]);
-        if (on[2] != on[0] && on[2] != on[1] && is_covered(on[2])) entry(t, on[2]);
+        if (count > 1 && on[1] != on[0] && is_covered(on[1])) entry(t, on[1]);
+        if (count > 2 && on[2] != on[0] && on[2] != on[1] && is_covered(on[2])) entry(t, on[2]);
       }
     };
     for_each_entry([&](std::uint32_t, std::uint32_t f) { ++faces_[f].list_size; });
@@ -535,13 +658,17 @@ class SurfaceTracker {
   VertexId root_ = 0;
   std::vector<std::uint32_t> covered_;
   std::vector<std::uint32_t> items_;
+  std::vector<std::uint32_t> mixed_;  // those of them that need a closer look
+  std::vector<StarFace> rest_;
   std::vector<std::uint32_t> star_faces_;
   StarDistance star_;
   TriangleCarrier carrier_;
+  UsualErrors usual_;
   float extent_ = 0.0F;    // largest coordinate seen from the centre
   float rounding_ = 0.0F;  // of the corners of parts
   bool has_parts_ = false;
   std::vector<Loose> loose_;
+  long n_items = 0, n_try = 0, n_cut = 0, n_join = 0, n_mixed = 0;
   std::vector<Part> parts_;
 
   std::vector<std::uint32_t> free_parts_[7];  // by how many
