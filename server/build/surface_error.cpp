@@ -79,7 +79,7 @@ class SurfaceTracker {
  private:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   static constexpr float kSlack = 1.15F;
-  static constexpr std::uint32_t kMostDepth = 4;
+  static constexpr std::uint32_t kMostDepth = 7;
 
   struct alignas(32) Vertex {
     glm::vec3 place{0.0F};        // in the full model
@@ -536,23 +536,85 @@ class SurfaceTracker {
     }
   }
 
-  // At the root if it lies above the triangle, else into quarters.
+  // At the root if it lies above the triangle; else where the plane through an edge of the star cuts it best; else into
+  // quarters.
   void cut_whole(const CarriedTriangle& triangle, const TriangleInStar& at) {
-    const glm::vec3 root = places_[root_];
-    const std::uint32_t face = triangle.faces[0];
     const glm::vec2 above = centre_above(at.points);
     if (std::min({above.x, above.y, 1.0F - above.x - above.y}) > 0.05F) {
-      const glm::vec3 inside =
-          at.points[0] + above.x * (at.points[1] - at.points[0]) + above.y * (at.points[2] - at.points[0]);
-      const VertexId centre = add_vertex(root + inside);
-      for (int e = 0; e < 3; ++e)
-        parts_.push_back({{centre, triangle.corners[e], triangle.corners[(e + 1) % 3]}, face});
+      cut_above_root(triangle, at, above);
+    } else if (const EdgePlane plane = best_plane(at); plane.share > 0.05F) {
+      cut_along(triangle, at, plane.sides);
+    } else {
+      quarter(triangle, at);
+    }
+  }
+
+  void cut_above_root(const CarriedTriangle& triangle, const TriangleInStar& at, const glm::vec2& above) {
+    const VertexId centre = add_vertex(places_[root_] + at.points[0] + above.x * (at.points[1] - at.points[0]) +
+                                       above.y * (at.points[2] - at.points[0]));
+    for (int e = 0; e < 3; ++e) add_part(triangle, centre, triangle.corners[e], triangle.corners[(e + 1) % 3]);
+  }
+
+  struct EdgePlane {
+    glm::vec3 sides{0.0F};  // how far the corners are on the one side of it
+    float share = 0.0F;     // of the triangle, by its extent across the plane, on the side that has less
+  };
+
+  EdgePlane best_plane(const TriangleInStar& at) const {
+    EdgePlane best;
+    const glm::vec3 middle = at.points[0] + at.points[1] + at.points[2];
+    for (std::uint32_t f = 0; f < star_.count(); ++f) {
+      if (star_.after(f) == StarDistance::kNoFace) continue;
+      const glm::vec3 edge = places_[rest_[f].to] - places_[root_];
+      if (glm::dot(edge, middle) <= 0.0F) continue;  // of its other half
+      const glm::vec3 sides(star_.side(at.points[0], f), star_.side(at.points[1], f), star_.side(at.points[2], f));
+      const float most = std::max({sides.x, sides.y, sides.z});
+      const float least = std::min({sides.x, sides.y, sides.z});
+      const float share = std::min(most, -least) / (most - least);
+      if (share > best.share) best = {sides, share};
+    }
+    return best;
+  }
+
+  void cut_along(const CarriedTriangle& triangle, const TriangleInStar& at, const glm::vec3& sides) {
+    const float nothing = 1e-3F * std::max({std::fabs(sides.x), std::fabs(sides.y), std::fabs(sides.z)});
+    const auto crossing = [&](int from, int to) {
+      return add_vertex(places_[root_] + at.points[from] +
+                        sides[from] / (sides[from] - sides[to]) * (at.points[to] - at.points[from]));
+    };
+    const auto& corners = triangle.corners;
+    for (int k = 0; k < 3; ++k) {
+      const int i = (k + 1) % 3;
+      const int j = (k + 2) % 3;
+      if (std::fabs(sides[k]) <= nothing) {
+        const VertexId across = crossing(i, j);
+        add_part(triangle, corners[k], corners[i], across);
+        add_part(triangle, corners[k], across, corners[j]);
+        return;
+      }
+    }
+    for (int k = 0; k < 3; ++k) {
+      const int i = (k + 1) % 3;
+      const int j = (k + 2) % 3;
+      if ((sides[i] > 0.0F) != (sides[j] > 0.0F)) continue;
+      const VertexId to_i = crossing(k, i);
+      const VertexId to_j = crossing(k, j);
+      add_part(triangle, corners[k], to_i, to_j);
+      add_part(triangle, to_i, corners[i], corners[j]);
+      add_part(triangle, to_i, corners[j], to_j);
       return;
     }
+  }
+
+  void quarter(const CarriedTriangle& triangle, const TriangleInStar& at) {
     VertexId middle[3];
-    for (int e = 0; e < 3; ++e) middle[e] = add_vertex(root + 0.5F * (at.points[e] + at.points[(e + 1) % 3]));
-    for (int e = 0; e < 3; ++e) parts_.push_back({{triangle.corners[e], middle[e], middle[(e + 2) % 3]}, face});
-    parts_.push_back({{middle[0], middle[1], middle[2]}, face});
+    for (int e = 0; e < 3; ++e) middle[e] = add_vertex(places_[root_] + 0.5F * (at.points[e] + at.points[(e + 1) % 3]));
+    for (int e = 0; e < 3; ++e) add_part(triangle, triangle.corners[e], middle[e], middle[(e + 2) % 3]);
+    add_part(triangle, middle[0], middle[1], middle[2]);
+  }
+
+  void add_part(const CarriedTriangle& whole, VertexId a, VertexId b, VertexId c) {
+    parts_.push_back({{a, b, c}, whole.faces[0]});
   }
 
   void cut_pieces(const CarriedTriangle& triangle, const TriangleInStar& at) {
