@@ -115,27 +115,51 @@ class SurfaceTracker {
 
   void place_vertices() {
     origin_ = grid_.decode(GridPoint(0));
-    vertices_.resize(codes_.size());
     places_.resize(codes_.size());
-    for (std::size_t v = 0; v < codes_.size(); ++v) {
-      places_[v] = value_of(codes_[v]);
-      vertices_[v].place = places_[v];
-    }
+    for (std::size_t v = 0; v < codes_.size(); ++v) places_[v] = value_of(codes_[v]);
     around_.resize(codes_.size());
     member_.assign(codes_.size(), kNone);
     patch_of_root_.assign(codes_.size(), kNone);
   }
 
+  // Where a point lies on a curve through the model's box that keeps neighbours together (Morton).
+  static std::uint64_t place_on_curve(const glm::vec3& place) {
+    const auto spread = [](float value) {
+      std::uint64_t bits = static_cast<std::uint32_t>(value);
+      bits = (bits | bits << 32U) & 0x001F00000000FFFFU;
+      bits = (bits | bits << 16U) & 0x001F0000FF0000FFU;
+      bits = (bits | bits << 8U) & 0x100F00F00F00F00FU;
+      bits = (bits | bits << 4U) & 0x10C30C30C30C30C3U;
+      return (bits | bits << 2U) & 0x1249249249249249U;
+    };
+    return spread(place.x) | spread(place.y) << 1U | spread(place.z) << 2U;
+  }
+
+  // Patches work through all of the full model again and again: what lies together is stored together.
   void place_triangles(const std::vector<Triangle>& triangles) {
+    struct Entry {
+      std::uint64_t at;
+      std::uint32_t number;
+    };
+    std::vector<Entry> order(triangles.size());
+    for (std::uint32_t f = 0; f < triangles.size(); ++f) order[f] = {place_on_curve(places_[triangles[f][0]]), f};
+    std::sort(order.begin(), order.end(),
+              [](const Entry& a, const Entry& b) { return a.at != b.at ? a.at < b.at : a.number < b.number; });
     carried_.resize(triangles.size());
     faces_.resize(triangles.size());
     lists_.resize(triangles.size());
     listed_ = triangles.size();
+    vertices_.reserve(places_.size());
+    std::vector<VertexId> moved(places_.size(), kOutside);
     for (std::uint32_t f = 0; f < triangles.size(); ++f) {
-      const Triangle& t = triangles[f];
+      const Triangle& t = triangles[order[f].number];
       CarriedTriangle& carried = carried_[f];
       for (int i = 0; i < 3; ++i) {
-        carried.corners[i] = t[i];
+        if (moved[t[i]] == kOutside) {
+          moved[t[i]] = static_cast<VertexId>(vertices_.size());
+          vertices_.push_back({places_[t[i]], 0.0F, 0, kNone});
+        }
+        carried.corners[i] = moved[t[i]];
         faces_[f].corners[i] = t[i];
         ++around_[t[i]].size;
       }
@@ -148,6 +172,7 @@ class SurfaceTracker {
       faces_[f].list_size = 1;
       lists_[f] = f;
     }
+    own_vertices_ = static_cast<VertexId>(vertices_.size());
     std::uint32_t begin = 0;
     for (Range& range : around_) {
       range.begin = begin;
@@ -156,7 +181,7 @@ class SurfaceTracker {
     }
     around_pool_.resize(begin);
     for (std::uint32_t f = 0; f < triangles.size(); ++f) {
-      for (const VertexId v : triangles[f]) around_pool_[around_[v].begin + around_[v].size++] = f;
+      for (const VertexId v : faces_[f].corners) around_pool_[around_[v].begin + around_[v].size++] = f;
     }
   }
 
@@ -294,7 +319,7 @@ class SurfaceTracker {
     for (std::uint32_t i = 0; i < triangle.child_count; ++i) {
       for (const VertexId v : carried_[triangle.children + i].corners) {
         const bool own =
-            v >= codes_.size() && v != triangle.corners[0] && v != triangle.corners[1] && v != triangle.corners[2];
+            v >= own_vertices_ && v != triangle.corners[0] && v != triangle.corners[1] && v != triangle.corners[2];
         if (own && vertices_[v].face != kNone) {
           vertices_[v].face = kNone;  // handed back once
           free_vertices_.push_back(v);
@@ -700,6 +725,7 @@ class SurfaceTracker {
   std::vector<GridPoint> codes_;   // by vertex, as merges leave them
   std::vector<glm::vec3> places_;  // likewise, in grid steps
   std::vector<Vertex> vertices_;
+  VertexId own_vertices_ = 0;  // of the full model; corners of parts follow
   std::vector<CarriedTriangle> carried_;
   std::vector<Face> faces_;
   std::vector<std::uint32_t> lists_;  // triangles by the face that carries a piece of them
