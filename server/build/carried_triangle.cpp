@@ -13,7 +13,6 @@ std::uint16_t share_code(float share) {
 }
 float share_of(std::uint16_t code) { return static_cast<float>(code) * 0x1p-16F; }
 
-float largest3(Float4 v) { return std::max({v[0], v[1], v[2]}); }
 float largest4(Float4 v) { return std::max({v[0], v[1], v[2], v[3]}); }
 
 FourPoints four(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d) {
@@ -67,7 +66,7 @@ glm::vec2 centre_above(const std::array<glm::vec3, 3>& corners) {
 
 // A little more than the corners themselves need does no harm, nor does what is well below the largest.
 bool TriangleCarrier::is_enough(float squared, float own) const {
-  return squared <= std::max(1.002F * own, 0.5F * std::max(lower_, usual_));
+  return squared <= std::max(1.002F * own, 0.9F * std::max(lower_, usual_));
 }
 
 float TriangleCarrier::bound(const Piece& piece, std::uint32_t face) const {
@@ -109,34 +108,39 @@ float TriangleCarrier::carry_pieces(const CarriedTriangle& triangle, TriangleInS
 
 float TriangleCarrier::carry_all(CarriedTriangle& triangle, TriangleInStar& at) const {
   const float own = std::max({at.squared[0], at.squared[1], at.squared[2]});
-  const FourPoints corners = four(at.points[0], at.points[1], at.points[2], at.points[0]);
   float best = std::numeric_limits<float>::infinity();
-  triangle.cut = Cut::whole;
-  for (const std::uint32_t face : {at.before, at.nearest[0], at.nearest[1], at.nearest[2]}) {
-    if (face == StarDistance::kNoFace) continue;
-    const float squared = largest3(star_->squared(corners, face));
-    if (squared < best) {
-      best = squared;
-      at.faces[0] = face;
-    }
-    if (is_enough(best, own)) return best;
+  for (std::uint32_t f = 0; f < star_->count(); ++f) {
+    const float squared = std::max({at.distances[0][f], at.distances[1][f], at.distances[2][f]});
+    if (squared >= best) continue;
+    best = squared;
+    at.faces[0] = f;
   }
-  if (star_->count() > kMostFaces) return best;
+  triangle.cut = Cut::whole;
+  if (is_enough(best, own)) return best;
   CarriedTriangle cut = triangle;
-  const auto offer = [&](const std::array<std::uint32_t, 3>& faces) {
-    float squared = 0.0F;
-    for (int p = 0; p < cut.piece_count() && squared < best; ++p) {
-      squared = std::max(squared, bound(piece_of(cut, at.points, p), faces[p]));
-    }
+  const auto take = [&](float squared, const std::array<std::uint32_t, 3>& faces) {
     if (squared >= best) return;
     best = squared;
     triangle = cut;
     at.faces = faces;
   };
+  const auto offer = [&](const std::array<std::uint32_t, 3>& faces) {
+    float squared = 0.0F;
+    for (int p = 0; p < cut.piece_count() && squared < best; ++p) {
+      squared = std::max(squared, bound(piece_of(cut, at.points, p), faces[p]));
+    }
+    take(squared, faces);
+  };
+  Choice beside;
+  if (choose_beside(at, beside)) {
+    cut_strip(cut, at, beside);
+    take(strip_bound(at, beside, cut), beside.faces);
+    if (best <= good_) return best;
+  }
   const Choices choices = choose(at);
   if (choices.strip.expected < best) {
     cut_strip(cut, at, choices.strip);
-    offer(choices.strip.faces);
+    take(strip_bound(at, choices.strip, cut), choices.strip.faces);
   }
   if (best > good_ && choices.middle.expected < best) {
     cut_middle(cut, at, choices.middle);
@@ -154,11 +158,28 @@ float TriangleCarrier::carry_all(CarriedTriangle& triangle, TriangleInStar& at) 
   return best;
 }
 
+// Whether two corners are nearest to one face and the third to one beside it.
+bool TriangleCarrier::choose_beside(const TriangleInStar& at, Choice& strip) const {
+  const auto& n = at.nearest;
+  const int k = n[1] == n[2] ? 0 : n[2] == n[0] ? 1 : n[0] == n[1] ? 2 : 3;
+  if (k == 3) return false;
+  const std::uint32_t pair = n[next(k)];
+  if (star_->after(n[k]) != pair && star_->before(n[k]) != pair) return false;
+  strip = {std::max({at.squared[0], at.squared[1], at.squared[2]}), k, {n[k], pair, pair}};
+  return true;
+}
+
+// The corners' distances are known: what is left is where the cut meets the edges.
+float TriangleCarrier::strip_bound(const TriangleInStar& at, const Choice& choice, const CarriedTriangle& cut) const {
+  const glm::vec3& k = at.points[choice.first];
+  const glm::vec3 to_i = between(k, at.points[next(choice.first)], share_of(cut.shares[0]));
+  const glm::vec3 to_j = between(k, at.points[before(choice.first)], share_of(cut.shares[1]));
+  return std::max(choice.expected,
+                  largest4(star_->squared(four(to_i, to_j, to_i, to_j), choice.faces[0], choice.faces[1])));
+}
+
 // Which corners might lie on which faces that follow each other.
 TriangleCarrier::Choices TriangleCarrier::choose(const TriangleInStar& at) const {
-  Float4 to[kMostFaces];
-  const FourPoints corners = four(at.points[0], at.points[1], at.points[2], at.points[0]);
-  for (std::uint32_t f = 0; f < star_->count(); ++f) to[f] = star_->squared(corners, f);
   Choices choices;
   const auto offer = [](Choice& choice, float expected, int first, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     if (expected < choice.expected) choice = {expected, first, {a, b, c}};
@@ -169,17 +190,18 @@ TriangleCarrier::Choices TriangleCarrier::choose(const TriangleInStar& at) const
     const std::uint32_t h = star_->after(g);
     const bool three = h != StarDistance::kNoFace && h != f;
     for (int k = 0; k < 3; ++k) {
-      const int i = next(k);
-      const int j = before(k);
-      const float pair_g = std::max(to[g][i], to[g][j]);
-      const float pair_f = std::max(to[f][i], to[f][j]);
-      offer(choices.strip, std::max(to[f][k], pair_g), k, f, g, g);
-      offer(choices.strip, std::max(to[g][k], pair_f), k, g, f, f);
+      const float* to_k = at.distances[k];
+      const float* to_i = at.distances[next(k)];
+      const float* to_j = at.distances[before(k)];
+      const float pair_g = std::max(to_i[g], to_j[g]);
+      const float pair_f = std::max(to_i[f], to_j[f]);
+      offer(choices.strip, std::max(to_k[f], pair_g), k, f, g, g);
+      offer(choices.strip, std::max(to_k[g], pair_f), k, g, f, f);
       if (!three) continue;
-      offer(choices.strips, std::max({to[f][k], to[h][i], to[h][j]}), k, f, g, h);
-      offer(choices.strips, std::max(to[h][k], pair_f), k, h, g, f);
-      offer(choices.middle, std::max({to[f][i], to[g][k], to[h][j]}), k, f, g, h);
-      offer(choices.middle, std::max({to[h][i], to[g][k], to[f][j]}), k, h, g, f);
+      offer(choices.strips, std::max({to_k[f], to_i[h], to_j[h]}), k, f, g, h);
+      offer(choices.strips, std::max(to_k[h], pair_f), k, h, g, f);
+      offer(choices.middle, std::max({to_i[f], to_k[g], to_j[h]}), k, f, g, h);
+      offer(choices.middle, std::max({to_i[h], to_k[g], to_j[f]}), k, h, g, f);
     }
   }
   return choices;

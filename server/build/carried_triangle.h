@@ -61,7 +61,9 @@ struct TriangleInStar {
   std::array<bool, 3> inside{};            // by piece: whether the patch covers the face that carries it
   std::array<std::uint32_t, 3> nearest{};  // by corner, where its piece is inside: the nearest face
   std::array<float, 3> squared{};          // and the square of its distance
-  std::array<std::uint32_t, 3> faces{};    // out: by piece that is inside, which face carries it from now on
+  // Likewise, where all corners are inside: the squares of the distances from all faces.
+  std::array<const float*, 3> distances{};
+  std::array<std::uint32_t, 3> faces{};  // out: by piece that is inside, which face carries it from now on
   std::uint32_t before =
       StarDistance::kNoFace;  // what has become of the face that has carried all of it, if it remains
   bool all_inside = false;
@@ -109,6 +111,8 @@ class TriangleCarrier {
 
   float carry_all(CarriedTriangle& triangle, TriangleInStar& at) const;
   float carry_pieces(const CarriedTriangle& triangle, TriangleInStar& at) const;
+  bool choose_beside(const TriangleInStar& at, Choice& strip) const;
+  float strip_bound(const TriangleInStar& at, const Choice& choice, const CarriedTriangle& cut) const;
   Choices choose(const TriangleInStar& at) const;
   void cut_strip(CarriedTriangle& cut, const TriangleInStar& at, const Choice& choice) const;
   void cut_strips(CarriedTriangle& cut, const TriangleInStar& at, const Choice& choice) const;
@@ -117,8 +121,6 @@ class TriangleCarrier {
   float share_between(const glm::vec3& from, const glm::vec3& to, std::uint32_t face_from, std::uint32_t face_to) const;
   float bound(const Piece& piece, std::uint32_t face) const;
   bool is_enough(float squared, float own) const;
-
-  static constexpr std::uint32_t kMostFaces = 32;
 
   const StarDistance* star_ = nullptr;
   float lower_ = 0.0F;

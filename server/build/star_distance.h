@@ -1,6 +1,7 @@
 // Distances from points to the faces around a vertex, four at a time.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -36,6 +37,7 @@ class StarDistance {
 
   void clear() {
     blocks_.clear();
+    rows_.clear();
     sides_.clear();
     normals_.clear();
     count_ = 0;
@@ -82,6 +84,8 @@ class StarDistance {
     for (int i = 0; i < kValues; ++i) {
       for (std::uint32_t lane = count_ % 4; lane < 4; ++lane) blocks_.back().values[i][lane] = values[i];
     }
+    rows_.emplace_back();
+    std::copy_n(values, kValues, rows_.back().values);
     ++count_;
     const glm::vec3 normal = glm::cross(b, c);
     const float length = glm::length(normal);
@@ -99,13 +103,18 @@ class StarDistance {
     }
   }
 
-  // The nearest face; the first of equals. Precondition: there is one.
-  Nearest nearest(const glm::vec3& query) const {
+  // How many floats nearest() stores.
+  std::uint32_t stored() const { return static_cast<std::uint32_t>(4 * blocks_.size()); }
+
+  // The nearest face; the first of equals. Also stores the squared distances from all faces, and from the last one
+  // again up to stored(). Precondition: there is a face.
+  Nearest nearest(const glm::vec3& query, float* all) const {
     const FourPoints q{float4(query.x), float4(query.y), float4(query.z)};
     Float4 best = float4(std::numeric_limits<float>::infinity());
     Uint4 where = uint4(0);
     for (std::uint32_t i = 0; i < blocks_.size(); ++i) {
       const Float4 squared = distances(q, blocks_[i].values);
+      store4(all + 4 * i, squared);
       const Uint4 nearer = mask_of(squared < best);
       best = chosen(nearer, squared, best);
       where = chosen(nearer, uint4(4 * i) + kLaneNumbers, where);
@@ -119,17 +128,29 @@ class StarDistance {
     return nearest;
   }
 
-  Float4 squared(const FourPoints& points, std::uint32_t face) const {
-    Float4 values[kValues];
-    const Block& block = blocks_[face / 4];
-    for (int i = 0; i < kValues; ++i) values[i] = float4(block.values[i][face % 4]);
+  Float4 squared(const FourPoints& points, std::uint32_t face) const { return squared(points, face, face); }
+
+  // The first two points from one face, the others from another.
+  Float4 squared(const FourPoints& points, std::uint32_t first, std::uint32_t second) const {
+    Float4 values[16];
+    for (int i = 0; i < 4; ++i) {
+      const Float4 a = load4(rows_[first].values + 4 * i);
+      const Float4 b = load4(rows_[second].values + 4 * i);
+      values[4 * i] = __builtin_shufflevector(a, b, 0, 0, 4, 4);
+      values[4 * i + 1] = __builtin_shufflevector(a, b, 1, 1, 5, 5);
+      values[4 * i + 2] = __builtin_shufflevector(a, b, 2, 2, 6, 6);
+      values[4 * i + 3] = __builtin_shufflevector(a, b, 3, 3, 7, 7);
+    }
     return distances(points, values);
   }
 
  private:
   static constexpr int kValues = 15;
-  struct Block {
+  struct Block {  // four faces, one a lane
     Float4 values[kValues];
+  };
+  struct Row {  // one face
+    float values[16] = {};
   };
 
   static float inverse(float v) {
@@ -139,7 +160,7 @@ class StarDistance {
   static Float4 smaller(Float4 a, Float4 b) { return a < b ? a : b; }
   static Float4 within_one(Float4 t) { return smaller(t < float4(0.0F) ? float4(0.0F) : t, float4(1.0F)); }
 
-  static Float4 distances(const FourPoints& q, const Float4 (&v)[kValues]) {
+  static Float4 distances(const FourPoints& q, const Float4* v) {
     const Float4 qb = q.x * v[0] + q.y * v[1] + q.z * v[2];
     const Float4 qc = q.x * v[3] + q.y * v[4] + q.z * v[5];
     const Float4 along_b = within_one(qb * v[9]);
@@ -156,7 +177,7 @@ class StarDistance {
     return smaller(best, chosen(inside, squared_rest(q, v, weight_b, weight_c), best));
   }
 
-  static Float4 squared_rest(const FourPoints& q, const Float4 (&v)[kValues], Float4 weight_b, Float4 weight_c) {
+  static Float4 squared_rest(const FourPoints& q, const Float4* v, Float4 weight_b, Float4 weight_c) {
     const Float4 x = q.x - (weight_b * v[0] + weight_c * v[3]);
     const Float4 y = q.y - (weight_b * v[1] + weight_c * v[4]);
     const Float4 z = q.z - (weight_b * v[2] + weight_c * v[5]);
@@ -164,6 +185,7 @@ class StarDistance {
   }
 
   std::vector<Block> blocks_;
+  std::vector<Row> rows_;
   std::vector<glm::vec3> normals_;
   std::vector<glm::vec3> sides_;  // by face: normal of the plane between it and the next; before finish() its edge
   bool closed_ = false;

@@ -86,6 +86,7 @@ class SurfaceTracker {
     float squared = 0.0F;         // from the nearest face of the star at hand
     std::uint32_t face = 0;       // which that is
     std::uint32_t stamp = kNone;  // the patch for which this was found
+    std::uint32_t distances = 0;  // where those from all faces begin
   };
   struct Face {
     std::uint32_t corners[3];
@@ -157,7 +158,7 @@ class SurfaceTracker {
       for (int i = 0; i < 3; ++i) {
         if (moved[t[i]] == kOutside) {
           moved[t[i]] = static_cast<VertexId>(vertices_.size());
-          vertices_.push_back({places_[t[i]], 0.0F, 0, kNone});
+          vertices_.push_back({places_[t[i]], 0.0F, 0, kNone, 0});
         }
         carried.corners[i] = moved[t[i]];
         faces_[f].corners[i] = t[i];
@@ -411,6 +412,7 @@ class SurfaceTracker {
   // nearest to the same face are done with that.
   void find_nearest() {
     mixed_.clear();
+    distances_used_ = 0;
     float most = 0.0F;
     for (const std::uint32_t t : items_) {
       CarriedTriangle& triangle = carried_[t];
@@ -440,7 +442,11 @@ class SurfaceTracker {
   float nearest_to(VertexId v) {
     Vertex& vertex = vertices_[v];
     if (vertex.stamp == patch_) return vertex.squared;
-    const StarDistance::Nearest nearest = star_.nearest(vertex.place - places_[root_]);
+    const std::size_t begin = distances_used_;
+    distances_used_ += star_.stored();
+    if (distances_.size() < distances_used_) distances_.resize(2 * distances_used_);
+    const StarDistance::Nearest nearest = star_.nearest(vertex.place - places_[root_], distances_.data() + begin);
+    vertex.distances = static_cast<std::uint32_t>(begin);
     vertex.stamp = patch_;
     vertex.squared = nearest.squared;
     vertex.face = nearest.face;
@@ -481,14 +487,12 @@ class SurfaceTracker {
       reach(at.points[i]);
       at.nearest[i] = vertex.face;
       at.squared[i] = vertex.squared;
+      if (vertex.stamp == patch_) at.distances[i] = distances_.data() + vertex.distances;
     }
     at.all_inside = true;
     for (int p = 0; p < triangle.piece_count(); ++p) {
       at.inside[p] = is_covered(triangle.faces[p]);
       at.all_inside = at.all_inside && at.inside[p];
-    }
-    if (triangle.cut == Cut::whole && faces_[triangle.faces[0]].corners[0] != kNone) {
-      at.before = faces_[triangle.faces[0]].local;
     }
     return at;
   }
@@ -516,7 +520,7 @@ class SurfaceTracker {
       v = free_vertices_.back();
       free_vertices_.pop_back();
     }
-    vertices_[v] = {place, 0.0F, 0, kNone};
+    vertices_[v] = {place, 0.0F, 0, kNone, 0};
     return v;
   }
 
@@ -750,6 +754,8 @@ class SurfaceTracker {
   std::vector<StarFace> rest_;
   std::vector<std::uint32_t> star_faces_;
   StarDistance star_;
+  std::vector<float> distances_;  // of vertices from all faces of the star
+  std::size_t distances_used_ = 0;
   TriangleCarrier carrier_;
   UsualErrors usual_;
   float extent_ = 0.0F;    // largest coordinate seen from the centre
