@@ -66,7 +66,7 @@ glm::vec2 centre_above(const std::array<glm::vec3, 3>& corners) {
 
 // A little more than the corners themselves need does no harm, nor does what is well below the largest.
 bool TriangleCarrier::is_enough(float squared, float own) const {
-  return squared <= std::max(1.002F * own, 0.9F * std::max(lower_, usual_));
+  return squared <= std::max(1.002F * own, 0.6F * std::max(lower_, usual_));
 }
 
 float TriangleCarrier::bound(const Piece& piece, std::uint32_t face) const {

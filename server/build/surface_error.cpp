@@ -78,7 +78,7 @@ class SurfaceTracker {
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-  static constexpr float kSlack = 1.15F;
+  static constexpr float kSlack = 1.1F;
   static constexpr std::uint32_t kMostDepth = 7;
 
   struct alignas(32) Vertex {
