@@ -36,10 +36,11 @@ class Builder {
     describe();
     const MergeHistory history = run_simplify();
     const CodedHistory coded(history, coded_places());
+    std::future<SurfaceErrors> surface = start_measuring_surface(mesh_.triangles, coded_places(), head_.grid, coded);
     plan(history);
     if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
     if (Result<void> trained = train(coded); !trained) return tl::unexpected(trained.error());
-    if (Result<void> encoded = encode(coded); !encoded) return tl::unexpected(encoded.error());
+    if (Result<void> encoded = encode(coded, surface.get()); !encoded) return tl::unexpected(encoded.error());
     return assemble(history);
   }
 
@@ -135,14 +136,13 @@ class Builder {
     return sample;
   }
 
-  Result<void> encode(const CodedHistory& coded) {
+  Result<void> encode(const CodedHistory& coded, const SurfaceErrors& surface) {
     const SplitModel model(head_.statistics);
     CellGrower grower(head_, coded, base_numbers_, options_.cell_vertices);
     std::vector<RansEncoder> encoders;
     std::vector<std::vector<std::vector<std::byte>>> by_cell;  // [cell][layer of its slab]
     std::vector<std::vector<float>> deviations;                // likewise: the largest of its merges
     std::vector<float> current;                                // by cell
-    const SurfaceErrors surface = measure_surface(mesh_.triangles, coded_places(), head_.grid, coded);
     const auto encoder = [&](std::uint32_t cell) -> RansEncoder& {
       if (cell >= encoders.size()) encoders.resize(cell + 1);
       return encoders[cell];

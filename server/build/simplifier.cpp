@@ -193,7 +193,8 @@ class Simplifier {
   }
 
   void record(const Merge& merge, double cost, MergeHistory& history) {
-    history.merges.push_back({merge.root, merge.removed, ring_.id(0), ring_.id(ring_.arc()), merge.parent, static_cast<float>(cost)});
+    history.merges.push_back(
+        {merge.root, merge.removed, ring_.id(0), ring_.id(ring_.arc()), merge.parent, static_cast<float>(cost)});
   }
 
   void apply(const Merge& merge) {

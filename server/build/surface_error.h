@@ -25,6 +25,7 @@
 // removed vertex the face it belongs to; here for pieces of triangles, so that the bound holds between vertices too.
 #pragma once
 
+#include <future>
 #include <glm/vec3.hpp>
 #include <vector>
 
@@ -54,5 +55,11 @@ struct SurfaceErrors {
 // O(triangles * generations). About 140 bytes a triangle of working memory.
 SurfaceErrors measure_surface(const std::vector<Triangle>& triangles, std::vector<GridPoint> places,
                               const PositionGrid& grid, const CodedHistory& coded);
+
+// The same, if there is a second processor for it on a thread of its own, else when the result is asked for. The
+// arguments must stay as they are until then, or until the future is gone.
+std::future<SurfaceErrors> start_measuring_surface(const std::vector<Triangle>& triangles,
+                                                   std::vector<GridPoint> places, const PositionGrid& grid,
+                                                   const CodedHistory& coded);
 
 }  // namespace fanstream

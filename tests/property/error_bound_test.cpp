@@ -155,7 +155,7 @@ void expect_bounds_hold(const AssetUnderTest& tested, std::uint64_t seeds, std::
 TEST(ErrorBound, HoldsInEveryPartlyRefinedMeshOfAllShapes) {
   for (const auto& [name, mesh] : testing::model_shapes()) {
     SCOPED_TRACE(name);
-    expect_bounds_hold(AssetUnderTest(mesh), 6, 4);
+    expect_bounds_hold(AssetUnderTest(mesh), 5, 3);
   }
 }
 

@@ -64,7 +64,7 @@ class SurfaceErrorOfShape : public ::testing::TestWithParam<std::size_t> {
 TEST_P(SurfaceErrorOfShape, EveryPointIsNearAFaceWhosePatchSaysSoInEveryUniformLevel) {
   const MeasuredModel model(mesh(), 12, 8);
   const TriangleMesh full = model.full();
-  for (std::uint32_t k = 0; k <= model.history.generation_count(); k += 1 + k / 4) {
+  for (std::uint32_t k = 0; k <= model.history.generation_count(); k += 1 + k / 3) {
     const MixedMesh level = uniform_level(model, k);
     EXPECT_LE(worst_miss(full, level, 4), 1e-9 * model.grid.step()) << k << " generations merged";
   }
@@ -73,10 +73,10 @@ TEST_P(SurfaceErrorOfShape, EveryPointIsNearAFaceWhosePatchSaysSoInEveryUniformL
 TEST_P(SurfaceErrorOfShape, EveryPointIsNearAFaceWhosePatchSaysSoInEveryMixedMesh) {
   const MeasuredModel model(mesh(), 12, 8);
   const TriangleMesh full = model.full();
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     SeededRandom random(seed);
-    const MixedMesh mixed = mixed_level(model, 2 + static_cast<std::uint32_t>(seed % 4) * 12, random);
-    EXPECT_LE(worst_miss(full, mixed, 4), 1e-9 * model.grid.step()) << "seed " << seed;
+    const MixedMesh mixed = mixed_level(model, 2 + static_cast<std::uint32_t>(seed % 3) * 15, random);
+    EXPECT_LE(worst_miss(full, mixed, 3), 1e-9 * model.grid.step()) << "seed " << seed;
   }
 }
 
@@ -84,9 +84,9 @@ TEST_P(SurfaceErrorOfShape, EveryPointIsNearAFaceWhosePatchSaysSoInEveryMixedMes
 TEST_P(SurfaceErrorOfShape, CoarseGridsWithFlatTrianglesDoNotBreakTheBound) {
   const MeasuredModel model(mesh(), kLeastPositionBits, 8);
   const TriangleMesh full = model.full();
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     SeededRandom random(seed);
-    const MixedMesh mixed = mixed_level(model, 2 + static_cast<std::uint32_t>(seed) * 6, random);
+    const MixedMesh mixed = mixed_level(model, 2 + static_cast<std::uint32_t>(seed) * 10, random);
     EXPECT_LE(worst_miss(full, mixed, 3), 1e-9 * model.grid.step()) << "seed " << seed;
   }
   for (const PatchSurface& patch : model.errors.patches) EXPECT_TRUE(std::isfinite(patch.error));
