@@ -48,7 +48,7 @@ void ViewModel::update_extent(std::uint32_t cell) {
   if (bounds.radius < 0.0) return;
   const CellEntry& entry = mesh_.index().cells[cell];
   const double radius = bounds.radius + table_.error_at(cell, table_.applied(cell));
-  CellExtent extent{bounds.centre, radius, glm::dvec3(entry.cone_axis), entry.cone_cosine};
+  CellExtent extent{bounds.centre, radius, glm::dvec3(entry.cone.axis()), entry.cone.cosine()};
   if (table_.extent_known(cell)) {
     const CellExtent& before = table_.extent(cell);
     extent.center = before.center;

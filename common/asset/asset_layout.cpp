@@ -200,6 +200,7 @@ class CellTableCoder {
     if (splits < 0 || children < 0) return false;
     cell.split_count = static_cast<std::uint32_t>(splits);
     cell.child_count = static_cast<std::uint32_t>(children);
+    if (splits > 0 && !code_cone_of(coder, cell.cone)) return false;
     for (std::size_t s = 0; s < segments.size(); ++s) {
       SegmentEntry& segment = segments[s];
       if (splits > 0) {
@@ -217,8 +218,28 @@ class CellTableCoder {
   }
 
  private:
+  // The axis as its difference from the last one.
+  template <class Coder>
+  bool code_cone_of(Coder& coder, CodedCone& cone) {
+    const std::int32_t width = widths_.code(coder, cone.width);
+    if (width < 0 || width > CodedCone::kWidest) return false;
+    cone.width = static_cast<std::uint8_t>(width);
+    if (width == 0) return cone = {}, true;
+    const std::int32_t u = cone_.u + u_.code(coder, std::int32_t{cone.u} - cone_.u);
+    const std::int32_t v = cone_.v + v_.code(coder, std::int32_t{cone.v} - cone_.v);
+    if (u < 0 || u >= CodedCone::kPlaces || v < 0 || v >= CodedCone::kPlaces) return false;
+    cone.u = static_cast<std::uint8_t>(u);
+    cone.v = static_cast<std::uint8_t>(v);
+    cone_ = cone;
+    return true;
+  }
+
   std::size_t layers_;
   bool parents_;
+  CodedCone cone_{1, 8, 8};  // the last one
+  RunningNumber widths_{4.0F, 2.0F};
+  RunningNumber u_{0.0F, 3.0F};
+  RunningNumber v_{0.0F, 3.0F};
   RunningNumber splits_{80.0F, 30.0F};
   RunningNumber children_{3.0F, 1.0F};
   std::vector<RunningNumber> sizes_;

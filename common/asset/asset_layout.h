@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/asset/coded_cone.h"
 #include "common/asset/segment_source.h"
 #include "common/coding/base_coder.h"
 #include "common/coding/split_model.h"
@@ -66,10 +67,8 @@ struct CellEntry {
   VertexId first_vertex = 0;  // number of the first vertex that it makes
   std::uint32_t split_count = 0;
   std::uint32_t first_segment = 0;  // one for each layer of its slab
-  // Holds the normals of what is not yet as in the full model of the cell's part of the surface: all within the cone
-  // around the axis, of length 1, given by the cosine of its half angle. -1: they look anywhere.
-  glm::vec3 cone_axis{0.0F, 0.0F, 1.0F};
-  float cone_cosine = -1.0F;
+  // Holds the normals of the cell's part of the full model, what looks as there from the cell's start left out.
+  CodedCone cone;
   std::uint32_t segment_count = 0;
 };
 

@@ -7,8 +7,10 @@
 
 #include "server/build/base_matching.h"
 #include "server/build/cell_grower.h"
+#include "server/build/cell_surface.h"
 #include "server/build/layer_plan.h"
 #include "server/build/split_training.h"
+#include "server/build/surface_error.h"
 
 namespace fanstream {
 namespace {
@@ -36,10 +38,11 @@ class Builder {
     describe();
     const MergeHistory history = run_simplify();
     const CodedHistory coded(history, coded_places());
+    std::future<SurfaceErrors> surface = start_measuring_surface(mesh_.triangles, coded_places(), head_.grid, coded);
     plan(history);
     if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
     if (Result<void> trained = train(coded); !trained) return tl::unexpected(trained.error());
-    if (Result<void> encoded = encode(coded); !encoded) return tl::unexpected(encoded.error());
+    if (Result<void> encoded = encode(coded, surface.get()); !encoded) return tl::unexpected(encoded.error());
     return assemble(history);
   }
 
@@ -145,16 +148,13 @@ class Builder {
     return sample;
   }
 
-  Result<void> encode(const CodedHistory& coded) {
+  Result<void> encode(const CodedHistory& coded, const SurfaceErrors& errors) {
     const SplitModel model(head_.statistics);
     CellGrower grower(head_, coded, base_numbers_, granularity_.cell_vertices);
     std::vector<std::uint8_t> base_next_splits = grower.next_splits_of_base();
     std::vector<RansEncoder> encoders;
     std::vector<std::vector<std::vector<std::byte>>> by_cell;  // [cell][layer of its slab]
-    std::vector<std::vector<float>> deviations;                // likewise: the largest of its merges
-    std::vector<float> current;                                // by cell
-    // What rounding to the grid can add: half a step's diagonal, once for each halving besides.
-    const double rounding = 0.5 * std::sqrt(3.0) * head_.grid.step() * (1.0 + coded.history.middle_depth);
+    CellSurface surface(errors);
     const auto encoder = [&](std::uint32_t cell) -> RansEncoder& {
       if (cell >= encoders.size()) encoders.resize(cell + 1);
       return encoders[cell];
@@ -162,19 +162,15 @@ class Builder {
     Result<void> replayed = grower.replay(
         model, encoder,
         [&](const RingGeometry&, const FanSplit& split, const MergeRecord& merge) {
-          const std::uint32_t cell = grower.state().cells[split.root];
-          if (cell >= current.size()) current.resize(cell + 1, 0.0F);
-          current[cell] = std::max(current[cell], merge.deviation);
+          const std::ptrdiff_t number = &merge - coded.history.merges.data();
+          surface.add(grower.state().cells[split.root], static_cast<std::uint32_t>(number));
         },
         [&](std::uint32_t layer, std::uint32_t cell) {
-          if (cell >= by_cell.size()) by_cell.resize(cell + 1);
-          if (cell >= deviations.size()) deviations.resize(cell + 1);
-          if (cell >= current.size()) current.resize(cell + 1, 0.0F);
-          deviations[cell].push_back(current[cell]);
-          current[cell] = 0.0F;
+          surface.end_layer(cell);
           if (std::ranges::find(head_.slab_ends, layer + 1) == head_.slab_ends.end()) {
             encoder(cell).cut();
           } else {
+            if (cell >= by_cell.size()) by_cell.resize(cell + 1);
             by_cell[cell] = encoder(cell).finish_segments();
             encoder(cell) = {};  // its memory too
           }
@@ -183,29 +179,27 @@ class Builder {
     if (!replayed) return replayed;
     index_.cells = grower.cells();
     index_.base_next_splits = std::move(base_next_splits);
-    // Nothing finer may be further off than what it refines.
-    for (std::size_t c = deviations.size(); c-- > 0;) {
-      std::vector<float>& own = deviations[c];
-      for (std::uint32_t child = 0; child < index_.cells[c].child_count; ++child) {
-        own.back() = std::max(own.back(), deviations[index_.cells[c].first_child + child].front());
-      }
-      for (std::size_t s = own.size() - 1; s-- > 0;) own[s] = std::max(own[s], own[s + 1]);
-    }
+    surface.finish(index_.cells);
+    fill_index(by_cell, surface);
+    return {};
+  }
+
+  void fill_index(const std::vector<std::vector<std::vector<std::byte>>>& by_cell, const CellSurface& surface) {
     layer_segments_.resize(head_.layer_ends.size());
     for (std::uint32_t c = 0; c < index_.cells.size(); ++c) {
       CellEntry& cell = index_.cells[c];
+      cell.cone = surface.cone(c);
       cell.first_segment = static_cast<std::uint32_t>(index_.segments.size());
       cell.segment_count = static_cast<std::uint32_t>(by_cell[c].size());
       for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
         SegmentEntry entry;
         entry.size_bytes = static_cast<std::uint32_t>(by_cell[c][s].size());
-        entry.error_code = code_of_error(deviations[c][s] + rounding, head_.grid.step());
+        entry.error_code = code_of_error(surface.error(c, s), head_.grid.step());
         index_.segments.push_back(entry);
         auto& out = layer_segments_[head_.layer_begin(cell.slab) + s];
         out.insert(out.end(), by_cell[c][s].begin(), by_cell[c][s].end());
       }
     }
-    return {};
   }
 
   Result<BuiltAsset> assemble(const MergeHistory& history) {

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "common/refine/cell_coder.h"
-#include "server/build/deviation_tracker.h"
 #include "server/build/merge_queue.h"
 #include "server/build/merged_ring.h"
 #include "server/build/prefetch.h"
@@ -23,8 +22,6 @@ class Simplifier {
         cost_(make_quadric_cost(mesh, rings_)),
         marks_(mesh.positions.size()),
         patch_splits_(mesh.positions.size(), 0),
-        halvings_(mesh.positions.size(), 0),
-        deviations_(mesh.positions),
         alive_(static_cast<std::uint32_t>(mesh.positions.size())) {
     for (VertexId v = 0; v < alive_; ++v) {
       for (const VertexId w : rings_.ring(v)) {
@@ -47,8 +44,6 @@ class Simplifier {
           made == 0 || made < alive_ / 50 || history.generation_begin.size() > kThriftyGenerations;
       if (options_.progress) options_.progress(progress(start));
     }
-    const std::vector<float> deviations = deviations_.finish();
-    for (std::size_t m = 0; m < deviations.size(); ++m) history.merges[m].deviation = deviations[m];
     history.base = std::move(rings_);
     history.base_vertices = alive_;
     return history;
@@ -202,16 +197,8 @@ class Simplifier {
   }
 
   void record(const Merge& merge, double cost, MergeHistory& history) {
-    const auto [root, removed, parent, target] = merge;
-    deviations_.add(root, removed, ring_.ids(),
-                    {ring_.places(), ring_.gap(), ring_.arc(), places_[root], places_[removed], target});
     history.merges.push_back(
-        {root, removed, ring_.id(0), ring_.id(ring_.arc()), parent, static_cast<float>(cost), 0.0F});
-    if (parent == ParentPosition::added) halvings_[root] = halvings_[removed];
-    if (parent == ParentPosition::middle) {
-      halvings_[root] = static_cast<std::uint8_t>(1 + std::max(halvings_[root], halvings_[removed]));
-      history.middle_depth = std::max<std::uint32_t>(history.middle_depth, halvings_[root]);
-    }
+        {merge.root, merge.removed, ring_.id(0), ring_.id(ring_.arc()), merge.parent, static_cast<float>(cost)});
   }
 
   void apply(const Merge& merge) {
@@ -245,11 +232,9 @@ class Simplifier {
   std::unique_ptr<MergeCost> cost_;
   std::vector<Marks> marks_;
   std::vector<std::uint8_t> patch_splits_;  // how many vertices a root has absorbed in this generation
-  std::vector<std::uint8_t> halvings_;      // by vertex: MergeHistory::middle_depth
   MergeQueue queue_;
   bool everything_ = false;  // the last resort: no limit on cost, faces may turn up to a right angle
   MergedRing ring_;          // of the merge at hand
-  DeviationTracker deviations_;
   std::uint32_t alive_;
 };
 

@@ -33,9 +33,6 @@ struct MergeRecord {
   VertexId last = kOutside;
   ParentPosition parent = ParentPosition::kept;
   float cost = 0.0F;
-  // An upper bound of how far the surface around the merged centre is from the original, in the model's units; no smaller
-  // than that of any merge that went before it around there.
-  float deviation = 0.0F;
 };
 
 // Merges in the order they were made: finest generation first.
@@ -44,15 +41,13 @@ struct MergeHistory {
   std::vector<std::uint32_t> generation_begin;  // into merges; one more entry than generations
   RingMesh base;                                // what remains
   std::uint32_t base_vertices = 0;
-  std::uint32_t middle_depth = 0;  // how many halvings of an edge lie behind the place of any vertex, at most
 
   std::uint32_t generation_count() const { return static_cast<std::uint32_t>(generation_begin.size()) - 1; }
 };
 
 // Within a generation every merge obeys the paper's two conditions on patches: all faces around both centres are free or belong
 // to the root's own patch, so that patches share no face and can be split in any order. Judged in the model's own
-// coordinates. Precondition: `mesh` is an oriented manifold. Deterministic, though a large mesh gets a second thread if there is
-// a processor for it; `progress` is called on the calling one.
+// coordinates. Precondition: `mesh` is an oriented manifold. Deterministic.
 MergeHistory simplify(const TriangleMesh& mesh, const SimplifyOptions& options);
 
 }  // namespace fanstream

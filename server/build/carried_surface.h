@@ -1,0 +1,94 @@
+// The full model as the current mesh carries it: which triangles, or parts of them, each face carries
+// (surface_error.h).
+#pragma once
+
+#include "server/build/carried_triangle.h"
+#include "server/build/patch_replay.h"
+
+namespace fanstream {
+
+// Follows a PatchReplay, patch by patch: gather() when the patch's star stands, then each item is given its faces,
+// perhaps after it was cut, then rewrite_lists(). Keeps a reference to the replay. Not thread safe.
+//
+// A triangle that cannot be carried well in three pieces is cut into parts, triangles with corners of their own, which
+// stand for it until they come together in one patch.
+class CarriedSurface {
+ public:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+  struct alignas(32) Vertex {
+    glm::vec3 place{0.0F};        // in the full model
+    float squared = 0.0F;         // distance from the nearest face of the star at hand
+    std::uint32_t face = 0;       // which that is
+    std::uint32_t stamp = kNone;  // the patch for which this was found
+    std::uint32_t distances = 0;  // free for who finds it
+  };
+
+  // The replay must not have begun.
+  explicit CarriedSurface(const PatchReplay& mesh);
+
+  // Finds all triangles of which a covered face carries a piece.
+  void gather(std::uint32_t patch);
+  const std::vector<std::uint32_t>& items() const { return items_; }
+  bool has_parts() const { return has_parts_; }  // whether there are parts among the items, or were until just now
+
+  CarriedTriangle& triangle(std::uint32_t t) { return triangles_[t]; }
+  Vertex& vertex(VertexId v) { return vertices_[v]; }
+  TriangleInStar in_star(const CarriedTriangle& triangle) const;  // without what vertices know
+
+  // Cuts an item into parts; those that are inside become items, and are what it returns. Their vertices are new.
+  std::span<const std::uint32_t> cut(std::uint32_t t);
+
+  // Notes what the faces of the star carry now. The items are no longer valid.
+  void rewrite_lists();
+
+ private:
+  struct Range {
+    std::uint32_t begin = 0;
+    std::uint32_t size = 0;
+  };
+  struct Part {
+    VertexId corners[3];
+    std::uint32_t face;
+  };
+  struct EdgePlane {
+    glm::vec3 sides{0.0F};  // how far the corners are on the one side of it
+    float share = 0.0F;     // of the triangle, by its extent across the plane, on the side that has less
+  };
+
+  bool is_inside(const CarriedTriangle& triangle) const;
+  bool is_touched(const CarriedTriangle& triangle) const;
+  void gather_one(std::uint32_t t);
+  void join_parts();
+  bool are_parts_inside(const CarriedTriangle& whole) const;
+  void join(CarriedTriangle& whole);
+  void cut_whole(const CarriedTriangle& whole, const TriangleInStar& at);
+  void cut_above_centre(const CarriedTriangle& whole, const TriangleInStar& at, const glm::vec2& above);
+  EdgePlane best_plane(const TriangleInStar& at) const;
+  void cut_along(const CarriedTriangle& whole, const TriangleInStar& at, const glm::vec3& sides);
+  void quarter(const CarriedTriangle& whole, const TriangleInStar& at);
+  void cut_pieces(const CarriedTriangle& whole, const TriangleInStar& at);
+  void add_part(const CarriedTriangle& whole, VertexId a, VertexId b, VertexId c);
+  VertexId vertex_at(const CarriedTriangle& whole, const TriangleInStar& at, const glm::vec3& point);
+  VertexId add_vertex(const glm::vec3& seen_from_centre);
+  std::uint32_t take_numbers(std::size_t count);
+  void compact_lists();
+
+  const PatchReplay& mesh_;
+  std::vector<CarriedTriangle> triangles_;
+  std::vector<Vertex> vertices_;  // the full model's, then corners of parts
+  std::vector<Range> lists_of_;   // by face: what it carries, in lists_
+  std::vector<std::uint32_t> lists_;
+  std::size_t listed_ = 0;                         // entries of lists_ in use
+  std::vector<std::uint32_t> free_triangles_[10];  // first numbers of runs, by their length
+  std::vector<VertexId> free_vertices_;
+
+  // Of a patch.
+  std::uint32_t patch_ = 0;
+  std::vector<std::uint32_t> items_;
+  std::vector<Part> parts_;
+  std::vector<std::uint32_t> inside_;
+  bool has_parts_ = false;
+};
+
+}  // namespace fanstream

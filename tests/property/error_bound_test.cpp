@@ -1,0 +1,183 @@
+// The errors in a cell table hold for every mesh that a client may come to have.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "common/geometry/closest_point.h"
+#include "common/geometry/triangle_tree.h"
+#include "server/import/mesh_cleaner.h"
+#include "server/import/mesh_import.h"
+#include "tests/support/asset_helpers.h"
+#include "tests/support/measured_levels.h"
+#include "tests/support/shared_data.h"
+
+namespace fanstream {
+namespace {
+
+using testing::OpenAsset;
+using testing::SeededRandom;
+
+// What the cell table says of a mesh that is refined as far as the held segments allow.
+struct StatedErrors {
+  TriangleMesh mesh;
+  std::vector<double> by_triangle;  // the largest of its corners' cells
+  double largest = 0.0;
+};
+
+// The vertices that a cell has made in a mesh.
+std::uint32_t made_by(const CellEntry& cell, const ProgressiveMesh& mesh) {
+  std::uint32_t made = 0;
+  for (std::uint32_t i = 0; i < cell.split_count; ++i)
+    made += mesh.state().fans.contains(cell.first_vertex + i) ? 1 : 0;
+  return made;
+}
+
+class AssetUnderTest {
+ public:
+  explicit AssetUnderTest(const TriangleMesh& mesh, const BuildOptions& options = testing::small_cells())
+      : asset_(testing::build_and_open(mesh, options)) {
+    if (!asset_.head) return;
+    full_ = testing::on_grid(mesh, asset_.head->grid);
+    made_.resize(asset_.index->cells.size());
+    const auto complete = testing::fully_refined(asset_);
+    for (std::size_t layer = asset_.head->layer_ends.size(); layer-- > 0;) {
+      complete->coarsen_to(asset_.head->layer_ends[layer]);
+      for (std::uint32_t c = 0; c < made_.size(); ++c) {
+        const CellEntry& cell = asset_.index->cells[c];
+        const std::uint32_t begin = asset_.head->layer_begin(cell.slab);
+        if (layer < begin || layer >= begin + cell.segment_count) continue;
+        made_[c].insert(made_[c].begin(), made_by(cell, *complete));
+      }
+    }
+  }
+
+  const OpenAsset& asset() const { return asset_; }
+  const TriangleMesh& full() const { return full_; }
+
+  // A cell is as good as its first segment says of which something is missing.
+  StatedErrors stated(const ProgressiveMesh& mesh) const {
+    const AssetHead& head = *asset_.head;
+    std::vector<double> by_cell(made_.size(), 0.0);
+    for (std::uint32_t c = 0; c < made_.size(); ++c) {
+      const CellEntry& cell = asset_.index->cells[c];
+      const std::uint32_t made = made_by(cell, mesh);
+      const auto missing = std::upper_bound(made_[c].begin(), made_[c].end(), made);
+      if (missing == made_[c].end()) continue;
+      const auto segment = cell.first_segment + static_cast<std::uint32_t>(missing - made_[c].begin());
+      by_cell[c] = error_from_code(asset_.index->segments[segment].error_code, head.grid.step());
+    }
+    StatedErrors errors;
+    const FanState& state = mesh.state();
+    errors.mesh.triangles = state.fans.triangles();
+    errors.mesh.positions.resize(state.vertices.size());
+    for (const Triangle& t : errors.mesh.triangles) {
+      double error = 0.0;
+      for (const VertexId v : t) {
+        if (!by_cell.empty()) error = std::max(error, by_cell[state.cells[v].cell]);
+        errors.mesh.positions[v] = head.grid.decode(state.vertices[v].place);
+      }
+      errors.by_triangle.push_back(error);
+      errors.largest = std::max(errors.largest, error);
+    }
+    return errors;
+  }
+
+ private:
+  OpenAsset asset_;
+  TriangleMesh full_;
+  std::vector<std::vector<std::uint32_t>> made_;  // by cell and segment: what it has made with that
+};
+
+// Some segments of a random depth here and there: everything of the coarse layers, less and less of the finer ones.
+std::unique_ptr<ProgressiveMesh> partly_refined(const OpenAsset& asset, SeededRandom& random) {
+  auto mesh = testing::start(asset);
+  const auto layers = static_cast<std::uint32_t>(asset.head->layer_ends.size());
+  const std::uint32_t sure = layers == 0 ? 0 : random.below(layers);
+  for (const auto& [cell, segment] : asset.segments()) {
+    const std::uint32_t layer = asset.head->layer_begin(asset.index->cells[cell].slab) + segment;
+    if (layer >= sure && random.one_in(3)) continue;
+    EXPECT_TRUE(mesh->add_segment(cell, segment, asset.segment(cell, segment)));
+  }
+  EXPECT_TRUE(mesh->refine());
+  return mesh;
+}
+
+double distance_to(const glm::dvec3& p, const TriangleMesh& mesh, const Triangle& t) {
+  return glm::distance(p,
+                       closest_point_on_triangle(p, mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]));
+}
+
+// Each point of the full model has a triangle that is no farther away than the triangle's own cells say. Returns by how
+// much the worst misses that, over all points of a pattern.
+double worst_miss(const TriangleMesh& full, const StatedErrors& errors, std::uint32_t per_edge) {
+  double worst = 0.0;
+  std::size_t hint = 0;
+  for (const Triangle& t : full.triangles) {
+    for (const glm::dvec3& p : testing::points_of(full, t, per_edge)) {
+      double miss = distance_to(p, errors.mesh, errors.mesh.triangles[hint]) - errors.by_triangle[hint];
+      for (std::size_t f = 0; f < errors.mesh.triangles.size() && miss > 0.0; ++f) {
+        const double here = distance_to(p, errors.mesh, errors.mesh.triangles[f]) - errors.by_triangle[f];
+        if (here >= miss) continue;
+        miss = here;
+        hint = f;
+      }
+      worst = std::max(worst, miss);
+    }
+  }
+  return worst;
+}
+
+void expect_bounds_hold(const AssetUnderTest& tested, std::uint64_t seeds, std::uint32_t per_edge) {
+  ASSERT_TRUE(tested.asset().head);
+  const double rounding = 1e-9 * tested.asset().head->grid.step();
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    const auto mesh = partly_refined(tested.asset(), random);
+    const StatedErrors errors = tested.stated(*mesh);
+    EXPECT_LE(worst_miss(tested.full(), errors, per_edge), rounding);
+    const auto tree = TriangleTree::build(errors.mesh);
+    ASSERT_TRUE(tree);
+    double farthest = 0.0;
+    std::uint32_t hint = 0;
+    for (const Triangle& t : tested.full().triangles) {
+      for (const glm::dvec3& p : testing::points_of(tested.full(), t, per_edge)) {
+        const SurfacePoint nearest = tree->closest(p, hint);
+        hint = nearest.slot;
+        farthest = std::max(farthest, nearest.squared_distance);
+      }
+    }
+    EXPECT_LE(std::sqrt(farthest), errors.largest + rounding);
+  }
+}
+
+TEST(ErrorBound, HoldsInEveryPartlyRefinedMeshOfAllShapes) {
+  for (const auto& [name, mesh] : testing::model_shapes()) {
+    SCOPED_TRACE(name);
+    expect_bounds_hold(AssetUnderTest(mesh), 5, 3);
+  }
+}
+
+TEST(ErrorBound, HoldsInPartlyRefinedMeshesOfRealModels) {
+  for (const char* name : {"cow_2904v.off", "fandisk_13k.obj"}) {
+    SCOPED_TRACE(name);
+    const auto path = testing::shared_mesh(name);
+    if (path.empty()) GTEST_SKIP() << "no shared data";
+    auto imported = import_mesh(path);
+    ASSERT_TRUE(imported) << imported.error().message;
+    expect_bounds_hold(AssetUnderTest(clean_mesh(std::move(imported->mesh)).mesh), 4, 3);
+  }
+}
+
+TEST(ErrorBound, ACompleteMeshHasNone) {
+  for (const auto& [name, mesh] : testing::model_shapes()) {
+    SCOPED_TRACE(name);
+    const AssetUnderTest tested(mesh);
+    ASSERT_TRUE(tested.asset().head);
+    EXPECT_EQ(tested.stated(*testing::fully_refined(tested.asset())).largest, 0.0);
+  }
+}
+
+}  // namespace
+}  // namespace fanstream
