@@ -7,13 +7,21 @@
 namespace fanstream {
 namespace {
 
+constexpr std::uint32_t kLeastWindowBytes = 3 * kMaxChunkBytes / 2;  // less a quarter, a frame still fits
+constexpr std::uint32_t kFirstWindowBytes = 256 * 1024;
+constexpr std::uint32_t kSpareWindowBytes = 48 * 1024;
+constexpr TimeMs kMeasuringPingMs = 1'000;
 constexpr TimeMs kAwayMs = 2'000;  // a gap between ticks above this is the driver's own absence
 
 }  // namespace
 
 ClientSession::ClientSession(const ClientSessionOptions& options, TimeMs now_ms)
-    : options_(options), last_tick_ms_(now_ms), last_progress_ms_(now_ms), last_received_ms_(now_ms) {
-  assert(options.window_bytes >= 3 * kMaxChunkBytes / 2);
+    : options_(options),
+      window_bytes_(options.adaptive_window ? std::min(options.window_bytes, kFirstWindowBytes) : options.window_bytes),
+      last_tick_ms_(now_ms),
+      last_progress_ms_(now_ms),
+      last_received_ms_(now_ms) {
+  assert(options.window_bytes >= kLeastWindowBytes);
   reader_.restrict_to(FrameType::welcome);
   encode(Hello{options.version_min, options.version_max, 0}, output_);
 }
@@ -45,7 +53,10 @@ Result<std::uint32_t> ClientSession::set_wants(std::vector<CellRun> runs) {
   if (!opening_ && !model_) return fail(ErrorKind::usage, "wants need an open model");
   if (Result<void> valid = check_runs(runs); !valid) return tl::unexpected<Error>(valid.error());
   if (set_epoch_ == 0xFFFFFFFFU) return fail(ErrorKind::limit, "a session takes 2^32 - 1 lists of wants");
-  if (!wants_outstanding()) progressed_ = true;
+  if (!wants_outstanding()) {
+    progressed_ = true;
+    link_.pause();
+  }
   wants_frame_.clear();
   note_wanted(runs);
   encode(Wants{++set_epoch_, std::move(runs)}, wants_frame_);
@@ -108,7 +119,9 @@ Result<void> ClientSession::release(const std::vector<CellRun>& runs) {
 void ClientSession::commit(std::size_t size_bytes, TimeMs now_ms) {
   reader_.commit(size_bytes);
   received_bytes_ += size_bytes;
-  if (size_bytes > 0) last_received_ms_ = now_ms;
+  if (size_bytes == 0) return;
+  last_received_ms_ = now_ms;
+  measure_arrival(size_bytes, now_ms);
 }
 
 void ClientSession::receive(Bytes bytes, TimeMs now_ms) {
@@ -203,7 +216,11 @@ std::optional<ClientEvent> ClientSession::handle(const FrameView& frame) {
       if (!ping) return bad(ping.error());
       // A server that pings without reading the answers would otherwise fill our memory.
       if (output_.size() - output_sent_ > kMaxRunsBytes) return unexpected(frame.type, "without reading our answers");
-      if (frame.type == FrameType::ping) encode(FrameType::pong, *ping, output_);
+      if (frame.type == FrameType::ping) {
+        encode(FrameType::pong, *ping, output_);
+      } else if (ping->token == static_cast<std::uint64_t>(last_ping_ms_)) {
+        link_.round_trip(last_received_ms_ - last_ping_ms_);
+      }
       return std::nullopt;
     }
     default: return unexpected(frame.type, "which only clients send");
@@ -220,7 +237,8 @@ std::optional<ClientEvent> ClientSession::handle_welcome(Bytes payload) {
   }
   welcomed_ = true;
   reader_.restrict_to(std::nullopt);
-  grant(options_.window_bytes);
+  grant_up_to_window();
+  if (options_.adaptive_window) ping(last_received_ms_);  // nothing else is under way: it measures the bare link
   return event::Welcomed{welcome->version};
 }
 
@@ -284,8 +302,13 @@ std::optional<ClientEvent> ClientSession::completed_blob() {
   return std::nullopt;
 }
 
-// Counts only when it has left: before that the server cannot know of it.
-void ClientSession::grant(std::uint64_t bytes) {
+// What is granted counts only when it has left: before that the server cannot know of it.
+void ClientSession::grant_up_to_window() {
+  const std::uint64_t outstanding_bytes = credit_bytes_ + granted_unsent_bytes_;
+  const std::uint32_t step_bytes =
+      options_.adaptive_window ? std::min(window_bytes_ / 4, 16U * 1024) : window_bytes_ / 4;
+  if (outstanding_bytes + step_bytes > window_bytes_) return;
+  const std::uint64_t bytes = window_bytes_ - outstanding_bytes;
   encode(Credit{bytes}, output_);
   granted_unsent_bytes_ += bytes;
 }
@@ -294,9 +317,23 @@ void ClientSession::grant(std::uint64_t bytes) {
 bool ClientSession::spend_credit(std::size_t size_bytes) {
   if (size_bytes > credit_bytes_) return false;
   credit_bytes_ -= size_bytes;
-  consumed_bytes_ += size_bytes;
-  if (consumed_bytes_ >= options_.window_bytes / 4) grant(std::exchange(consumed_bytes_, 0));
+  grant_up_to_window();
   return true;
+}
+
+void ClientSession::measure_arrival(std::size_t size_bytes, TimeMs now_ms) {
+  if (!options_.adaptive_window) return;
+  const bool busy = wants_outstanding() || (model_ && !index_told_);
+  if (!busy) return link_.pause();
+  if (!link_.add(size_bytes, now_ms)) return;
+  const std::uint64_t wanted = link_.bandwidth_delay_bytes() * (link_.growing() ? 2 : 1) + kSpareWindowBytes;
+  const auto window = static_cast<std::uint32_t>(std::min<std::uint64_t>(wanted, options_.window_bytes));
+  window_bytes_ = std::max(window, kLeastWindowBytes);
+}
+
+void ClientSession::ping(TimeMs now_ms) {
+  last_ping_ms_ = now_ms;
+  encode(FrameType::ping, Ping{static_cast<std::uint64_t>(now_ms)}, output_);
 }
 
 std::optional<ClientEvent> ClientSession::handle_blob(FrameType type, Bytes payload) {
@@ -501,10 +538,10 @@ void ClientSession::tick(TimeMs now_ms) {
                                              std::to_string(received_bytes_) + " bytes were received"};
     return;
   }
-  if (welcomed_ && silent_ms > options_.ping_interval_ms && now_ms - last_ping_ms_ > options_.ping_interval_ms) {
-    last_ping_ms_ = now_ms;
-    encode(FrameType::ping, Ping{static_cast<std::uint64_t>(now_ms)}, output_);
-  }
+  if (!welcomed_) return;
+  const bool silent = silent_ms > options_.ping_interval_ms && now_ms - last_ping_ms_ > options_.ping_interval_ms;
+  const bool measures = options_.adaptive_window && wants_outstanding() && now_ms - last_ping_ms_ > kMeasuringPingMs;
+  if (silent || measures) ping(now_ms);
 }
 
 }  // namespace fanstream

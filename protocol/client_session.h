@@ -16,6 +16,7 @@
 #include <variant>
 #include <vector>
 
+#include "protocol/link_estimate.h"
 #include "protocol/messages.h"
 #include "protocol/segment_table.h"
 
@@ -25,10 +26,14 @@ struct ClientSessionOptions {
   std::uint16_t version_min = kProtocolVersionMin;
   std::uint16_t version_max = kProtocolVersionMax;
   // Blob bytes the server may have under way to us. Precondition: at least 3/2 * kMaxChunkBytes. Memory and lateness
-  // against throughput: bandwidth times round trip is needed (4 MiB: 100 ms at 330 Mbit/s), and four thirds of it, since
-  // credit is granted again by quarters; after a change of wants at most so much of the old ones still arrives, whatever
-  // queues the network has.
+  // against throughput: bandwidth times round trip is needed (4 MiB: 100 ms at 330 Mbit/s), and four thirds of it,
+  // since credit is granted again by quarters; after a change of wants at most so much of the old ones still arrives,
+  // whatever queues the network has.
   std::uint32_t window_bytes = 4U << 20;
+  // The window follows the link and stays below window_bytes: bandwidth times round trip + 48 KiB, as far as they can
+  // be measured; twice the former until the bandwidth grows no more. For those who change their wants and would
+  // otherwise wait for what network queues hold of the old ones. Pings once a second.
+  bool adaptive_window = false;
   std::uint64_t max_head_bytes = 256ULL << 20;  // head and index, each: larger ones are refused before they arrive
   TimeMs stall_timeout_ms = 30'000;             // something is awaited and nothing of it comes
   TimeMs ping_interval_ms = 10'000;             // silence after which the server is asked for a sign of life
@@ -121,6 +126,7 @@ class ClientSession {
   std::uint32_t held_prefix(std::uint32_t cell) const {
     return table_ ? table_->next_to_send(cell, held_[cell]) : held_[cell];
   }
+  std::uint32_t window_bytes() const { return window_bytes_; }
   std::uint32_t set_epoch() const { return set_epoch_; }  // of the newest list; 0: none was set
   // A list is not served completely yet.
   bool wants_outstanding() const { return set_epoch_ != 0 && served_epoch_ != set_epoch_; }
@@ -148,7 +154,9 @@ class ClientSession {
   ClientEvent fail_with(ErrorKind kind, std::string message);
   Error unexpected_error(FrameType type, std::string_view why) const;
   ClientEvent unexpected(FrameType type, std::string_view why);
-  void grant(std::uint64_t bytes);
+  void grant_up_to_window();
+  void measure_arrival(std::size_t size_bytes, TimeMs now_ms);
+  void ping(TimeMs now_ms);
   bool spend_credit(std::size_t size_bytes);
   bool awaits_something() const;
 
@@ -189,7 +197,8 @@ class ClientSession {
 
   std::uint64_t credit_bytes_ = 0;  // granted and not used up by what arrived
   std::uint64_t granted_unsent_bytes_ = 0;
-  std::uint64_t consumed_bytes_ = 0;  // used up and not yet granted again
+  std::uint32_t window_bytes_;
+  LinkEstimate link_;
   std::uint64_t received_bytes_ = 0;
   std::uint64_t received_segments_ = 0, stale_segments_ = 0;
 

@@ -19,6 +19,7 @@
 namespace fanstream {
 
 struct SegmentStreamOptions {
+  SegmentStreamOptions() { network.client.session.adaptive_window = true; }  // wants change: little may be under way
   ReconnectOptions network;                      // its client.stop also ends waits for files
   std::function<void(double)> on_building = {};  // while the server builds the model: the share done, 0 to 1
   std::filesystem::path cache_folder = {};       // empty: nothing is kept on disk

@@ -87,6 +87,23 @@ TEST_F(StaleBytes, AreAtMostABandwidthDelayProductAnd64KiBWithAWindowOfThatSize)
   }
 }
 
+// The client measures bandwidth and round trip, which the test's machine may disturb: hence twice the product. What the
+// queue holds with a large window is ten times that.
+TEST_F(StaleBytes, StayFewInALinkOfDeepQueuesWithAWindowThatAdapts) {
+  LinkShape link;
+  link.queue_bytes = 20 * link.bandwidth_delay_bytes();
+  StreamClientOptions options;
+  options.session.adaptive_window = true;
+  ShapingRelay relay(models.port(), link);
+  const std::vector<Jump> jumps = jump_about(relay, options);
+  ASSERT_EQ(jumps.size(), kJumps);
+  // From the second on: by then the bandwidth has been found.
+  for (std::size_t i = 1; i < jumps.size(); ++i) {
+    EXPECT_LE(jumps[i].stale_bytes, 2 * link.bandwidth_delay_bytes() + 64 * 1024);
+    EXPECT_GT(jumps[i].stale_bytes, link.bandwidth_delay_bytes() / 2) << "the link was full";
+  }
+}
+
 // Without a window that matters: what is on the link until the server has heard of the change, and 64 KiB that wait
 // before it.
 TEST_F(StaleBytes, BeyondWhatTheLinkHoldsAreAtMost64KiBWithAnyWindow) {
