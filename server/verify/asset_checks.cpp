@@ -96,9 +96,9 @@ Result<std::string> check_coarsening(const AssetFile& asset) {
   const ProgressiveMesh base(asset.asset_head());
   const std::vector<GridPoint> base_places = base.state().places();
   const std::vector<GridPoint> coarsened_places = mesh.state().places();
-  const bool same_base =
-      mesh.vertex_count() == base.vertex_count() && canonical_faces(mesh.state()) == canonical_faces(base.state()) &&
-      std::equal(base_places.begin(), base_places.end(), coarsened_places.begin());
+  const bool same_base = mesh.vertex_count() == base.vertex_count() &&
+                         canonical_faces(mesh.state()) == canonical_faces(base.state()) &&
+                         std::equal(base_places.begin(), base_places.end(), coarsened_places.begin());
   if (!same_base) return broken(asset, "undoing all splits does not give back FM0");
   if (Result<std::uint64_t> again = mesh.refine(); !again) {
     return tl::unexpected(with_context(again.error(), asset.name() + ": refined again after coarsening"));
@@ -142,25 +142,24 @@ Result<std::string> check_bounds(const AssetFile& asset) {
   if (!full) return tl::unexpected(full.error());
   ProgressiveMesh& mesh = **full;
   const TriangleMesh original = mesh.triangle_mesh();
-  const Result<TriangleTree> tree = TriangleTree::build(original);
-  if (!tree) return tl::unexpected(with_context(tree.error(), asset.name()));
   const std::size_t layers = head.layer_ends.size();
   const std::size_t stride = std::max<std::size_t>(1, layers / kLevelsMeasured);
   double tightest = 0.0;
   for (std::size_t layer = layers; layer-- > 0;) {  // coarsening goes downwards only
     if (layer % stride != 0) continue;
     mesh.coarsen_to(layer == 0 ? 0 : head.layer_ends[layer - 1]);
-    const Result<MeshDistance> distance =
-        mesh_distance(original, *tree, mesh.triangle_mesh(), {.face_samples = kSamples});
+    const Result<TriangleTree> level = TriangleTree::build(mesh.triangle_mesh());
+    if (!level) return tl::unexpected(with_context(level.error(), asset.name()));
+    const Result<DirectedDistance> distance = directed_distance(original, *level, {.face_samples = kSamples});
     if (!distance) return tl::unexpected(with_context(distance.error(), asset.name()));
     // A level lacks this layer and all finer ones.
     const std::uint8_t code = *std::max_element(codes->begin() + static_cast<std::ptrdiff_t>(layer), codes->end());
     const double bound = error_from_code(code, head.grid.step());
-    if (distance->max() > bound * (1.0 + 1e-9)) {
+    if (distance->max > bound * (1.0 + 1e-9)) {
       return broken(asset, fmt::format("without layer {} the model is off by {:.4g}, its bound says {:.4g}", layer,
-                                       distance->max(), bound));
+                                       distance->max, bound));
     }
-    if (bound > 0.0) tightest = std::max(tightest, distance->max() / bound);
+    if (bound > 0.0) tightest = std::max(tightest, distance->max / bound);
   }
   return fmt::format("monotone; sampled errors reach {:.0f} % of them", tightest * 100.0);
 }
