@@ -172,7 +172,6 @@ void ProgressiveMesh::give_back_pages() {
     while (begin > low && !state_.fans.contains(begin - 1)) --begin;
     while (end < high && !state_.fans.contains(end)) ++end;
     state_.discard(begin, end);
-    undo_.discard(begin, end);
   }
   emptied_.clear();
 }
