@@ -2,6 +2,7 @@
 // in place.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -75,6 +76,14 @@ class LinkedFans {
   // `added` is the latest of its surroundings. Returns the wings.
   RingMesh::Wings merge(VertexId root, VertexId added, CornerId root_corner);
 
+  // Two words' worth to remember with a vertex that split() brought, in room that its faces leave; merge() forgets it.
+  using Note = std::array<Corner, 2>;
+  void set_note(VertexId added, const Note& note) {
+    corners_[first_corner(added) + 3] = note[0];
+    corners_[first_corner(added) + 7] = note[1];
+  }
+  Note note(VertexId added) const { return {corners_[first_corner(added) + 3], corners_[first_corner(added) + 7]}; }
+
   // Every face once: those of the base, then by the numbers of the vertices that they came with.
   std::vector<Triangle> triangles() const;
   std::size_t memory_bytes() const { return corners_.resident_bytes() + fans_.resident_bytes(); }
@@ -87,7 +96,7 @@ class LinkedFans {
   // The first corner of the first of the two faces that came with `added`.
   CornerId first_corner(VertexId added) const { return 4 * (base_faces_ + 2 * (added - base_vertices_)); }
 
-  PagedArray<Corner> corners_;    // by fours, the fourth unused
+  PagedArray<Corner> corners_;    // by fours, the fourth for notes
   PagedArray<Fan> fans_;          // by vertex
   std::uint32_t base_faces_ = 0;  // with those to kOutside
   std::uint32_t base_vertices_ = 0;

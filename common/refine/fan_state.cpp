@@ -56,6 +56,19 @@ void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, 
   state.cells[added] = cell;
 }
 
+void keep_undo(FanState& state, const SplitUndo& undo, VertexId added) {
+  const auto rest = undo.root_context.touched | static_cast<std::uint32_t>(undo.root_context.next) << 8U |
+                    static_cast<std::uint32_t>(undo.parent) << 16U;
+  state.fans.set_note(added, {{{undo.root, undo.root_corner}, {rest, 0}}});
+}
+
+SplitUndo kept_undo(const FanState& state, VertexId added) {
+  const LinkedFans::Note note = state.fans.note(added);
+  const std::uint32_t rest = note[1].neighbour;
+  const VertexContext context{static_cast<std::uint8_t>(rest), static_cast<std::uint8_t>(rest >> 8U), 0};
+  return {note[0].neighbour, note[0].next, context, static_cast<ParentPosition>(rest >> 16U)};
+}
+
 void undo_split(FanState& state, std::uint32_t generation, const SplitUndo& undo, VertexId added) {
   GridPoint& place = state.vertices[undo.root].place;
   place = place_after_merge(place, state.vertices[added].place, undo.parent, generation);

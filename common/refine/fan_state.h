@@ -48,6 +48,9 @@ struct SplitUndo {
   VertexContext root_context;
   ParentPosition parent = ParentPosition::kept;
 };
+// Kept in the mesh, with the vertex that the split made.
+void keep_undo(FanState& state, const SplitUndo& undo, VertexId added);
+SplitUndo kept_undo(const FanState& state, VertexId added);
 // Precondition: the split that made `added` is the latest of its surroundings.
 void undo_split(FanState& state, std::uint32_t generation, const SplitUndo& undo, VertexId added);
 

@@ -135,7 +135,7 @@ VertexId ProgressiveMesh::find_later(std::uint32_t cell_number) const {
   for (std::uint32_t i = cell.generations.back().made_before; i < cell.vertices.made && later == kOutside; ++i) {
     const VertexId added = cell.vertices.first_new + i;
     state_.fans.for_each_neighbour(added, look);
-    state_.fans.for_each_neighbour(undo_[added].root, look);
+    state_.fans.for_each_neighbour(kept_undo(state_, added).root, look);
   }
   return later;
 }
@@ -195,7 +195,6 @@ void ProgressiveMesh::give_back_pages() {
     while (begin > low && !state_.fans.contains(begin - 1)) --begin;
     while (end < high && !state_.fans.contains(end)) ++end;
     state_.discard(begin, end);
-    undo_.discard(begin, end);
   }
   emptied_.clear();
 }

@@ -20,7 +20,6 @@ void ProgressiveMesh::set_index(std::shared_ptr<const AssetIndex> index) {
   held_ = HeldSegments(index_);
   state_.resize(head_->vertex_count, pages_);
   state_.set_next_splits(index_->base_next_splits);
-  undo_.grow(head_->vertex_count, pages_);
   cells_.resize(index_->cells.size());
   std::vector<VertexId> all(vertex_count_);
   for (VertexId v = 0; v < vertex_count_; ++v) all[v] = v;
@@ -207,16 +206,10 @@ namespace {
 
 // The source of a decoder, which notes what undoing needs.
 struct NotedSplits {
-  SplitUndo* undo;  // by the vertex made
+  FanState& state;
 
   void describe(SplitInProgress& /*split*/) const {}
-  void made(const SplitUndo& split, VertexId added) const {
-    SplitUndo& noted = undo[added];  // member by member, or they would be gathered in memory first
-    noted.root = split.root;
-    noted.root_corner = split.root_corner;
-    noted.root_context = split.root_context;
-    noted.parent = split.parent;
-  }
+  void made(const SplitUndo& split, VertexId added) const { keep_undo(state, split, added); }
 };
 
 }  // namespace
@@ -235,7 +228,7 @@ Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::
   RansDecoder decoder({cell.decoder.state, begins ? 0 : cell.decoder.position, cell.decoder.begun},
                       begins ? bytes.first(0) : bytes, ends);
   if (begins) decoder.append(bytes, ends);
-  NotedSplits source{undo_.data()};
+  NotedSplits source{state_};
   if (Result<void> done = code_generation(state_, cell.vertices, generation, decoder, source, coding_, first_root); !done)
     return done;
   const bool slab_ends = generation == slab_end(entry.slab);
@@ -261,7 +254,6 @@ bool ProgressiveMesh::apply_generation(std::uint32_t cell_number, std::size_t fi
   const std::uint32_t made = cell.vertices.made - before;
   vertex_count_ += made;
   state_.note_use(cell.vertices.first_new + before, cell.vertices.first_new + cell.vertices.made);
-  undo_.note_use(cell.vertices.first_new + before, cell.vertices.first_new + cell.vertices.made);
   if (!decoded) {
     roll_back(cell_number, before, generation);
     progress.damaged = static_cast<std::uint8_t>(generation);
@@ -283,7 +275,7 @@ void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target,
   vertex_count_ -= vertices.made - target;
   while (vertices.made > target) {
     const VertexId added = vertices.first_new + --vertices.made;
-    undo_split(state_, generation, undo_[added], added);
+    undo_split(state_, generation, kept_undo(state_, added), added);
   }
 }
 
@@ -362,9 +354,9 @@ std::uint32_t ProgressiveMesh::complete_generation() const {
 
 std::size_t ProgressiveMesh::memory_bytes() const {
   const auto array = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
-  std::size_t bytes = sizeof(*this) + state_.memory_bytes() + undo_.resident_bytes() + held_.memory_bytes() +
-                      array(cells_) + array(queue_) + array(excess_) + array(changed_) + array(emptied_) +
-                      array(scratch_.points) + array(scratch_.normals);
+  std::size_t bytes = sizeof(*this) + state_.memory_bytes() + held_.memory_bytes() + array(cells_) + array(queue_) +
+                      array(excess_) + array(changed_) + array(emptied_) + array(scratch_.points) +
+                      array(scratch_.normals);
   for (const CellProgress& cell : cells_) {
     if (cell.live) bytes += cell.live->memory_bytes();
   }

@@ -163,7 +163,6 @@ class ProgressiveMesh {
   SplitModel model_;
   CellCoding coding_;
   FanState state_;
-  PagedArray<SplitUndo> undo_;  // by the vertex that a split made
   HeldSegments held_;
   std::vector<CellProgress> cells_;
   std::vector<std::uint32_t> queue_;   // cells that may be able to take another generation

@@ -2,14 +2,13 @@
 // Example: fanstream-bench-refine dragon.fan --benchmark_filter=Walk
 //
 // Whole: every split applied, and undone. Walk: a point wanders over the surface, around which the model is full and
-// coarser with the distance, as for a camera close by; time is that of move_to alone, frames are the iterations.
+// coarser with the distance, as for a camera close by; CPU time is that of move_to alone, frames are the iterations.
 // Resident: a new mesh at a share of the splits, all over (Even) or around a point (Near); resident_B is what the
 // process grew by, counted_B what memory_bytes() says, both per triangle.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -19,6 +18,7 @@
 
 #include "common/asset/asset_file.h"
 #include "common/refine/progressive_mesh.h"
+#include "tests/bench/thread_clock.h"
 
 namespace fanstream {
 namespace {
@@ -145,9 +145,9 @@ void walk(benchmark::State& state, const AssetFile& asset) {
     if (glm::length(goal - at) < pace) goal = places[random() % places.size()];
     at += glm::normalize(goal - at + glm::dvec3(1e-9)) * pace;
     const auto targets = view.targets(at, view.diagonal() / 30.0, 1.25);
-    const auto begin = std::chrono::steady_clock::now();
+    const double begin = bench::thread_cpu_seconds();
     const MeshMove move = mesh->move_to(targets);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const double seconds = bench::thread_cpu_seconds() - begin;
     state.SetIterationTime(seconds);
     slowest = std::max(slowest, seconds);
     splits += static_cast<double>(move.applied + move.undone);

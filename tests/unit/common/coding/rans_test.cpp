@@ -91,6 +91,26 @@ TEST(Rans, EveryTruncationIsNoticed) {
   EXPECT_EQ(missed, 0U) << "of " << cut;
 }
 
+// Taken up again from marks, each in a copy of its own of the bytes.
+TEST(Rans, ADecoderGoesOnFromAMark) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    const Message message = random_message(random, 300, 4);
+    const auto bytes = encoded(message);
+    RansDecoder::Mark mark;
+    for (std::size_t i = 0; i < message.steps.size();) {
+      const ExactBytes copy(bytes);
+      RansDecoder resumed = i == 0 ? RansDecoder(copy.view()) : RansDecoder(mark, copy.view());
+      for (std::size_t end = std::min(message.steps.size(), i + 1 + random.below(40)); i < end; ++i) {
+        ASSERT_EQ(code(resumed, message, message.steps[i]), message.steps[i].value);
+      }
+      ASSERT_EQ(resumed.finished_cleanly(), i == message.steps.size());
+      mark = resumed.mark();
+    }
+  }
+}
+
 TEST(Rans, SurplusBytesAreNoticed) {
   SeededRandom random(7);
   const Message message = random_message(random, 200, 4);

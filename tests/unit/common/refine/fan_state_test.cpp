@@ -77,11 +77,12 @@ Applied apply(FanState& state, const FanSplit& split, VertexId added, std::uint3
   const SplitPlaces places =
       places_after_split(state.vertices[root].place, split.parent, split.displacement, generation);
   apply_split(state, {state.cells[root].cell, added}, generation, split, arc, places, added);
+  keep_undo(state, applied.undo, added);
   return applied;
 }
 
 void undo(FanState& state, const Applied& a) {
-  undo_split(state, state.cells[a.undo.root].cell, a.generation, a.undo, a.added);
+  undo_split(state, state.cells[a.undo.root].cell, a.generation, kept_undo(state, a.added), a.added);
 }
 
 TEST(FanState, TheBaseHasNoVertexSplitYet) {
