@@ -39,7 +39,7 @@ TEST(Rans, SymbolsAndBitsComeBack) {
     RansDecoder decoder(bytes.view());
     for (const Step& step : message.steps) ASSERT_EQ(code(decoder, message, step), step.value);
     EXPECT_TRUE(decoder.finished_cleanly());
-    EXPECT_FALSE(decoder.overran());
+    EXPECT_FALSE(decoder.starved());
   }
 }
 
@@ -61,44 +61,95 @@ TEST(Rans, AnEncoderIsEmptyAfterItHasFinished) {
   EXPECT_TRUE(encoder.finish().empty());
 }
 
-TEST(Rans, BytesAreAsManyAsTheSymbolsCost) {
-  SeededRandom random(2);
-  const Message message = random_message(random, 5000, 5);
+double cost_bits(const Message& message) {
   double bits = 0.0;
   for (const Step& step : message.steps) {
     bits += step.table < 0
                 ? step.bits
                 : message.tables[static_cast<std::size_t>(step.table)].cost_bits(static_cast<int>(step.value));
   }
-  const auto size_bits = 8.0 * static_cast<double>(encoded(message).size());
-  EXPECT_LT(size_bits, bits * 1.002 + 32.0);
-  EXPECT_GE(size_bits, bits);
+  return bits;
 }
 
-TEST(Rans, EveryTruncationIsNoticed) {
+TEST(Rans, BytesAreAsManyAsTheSymbolsCost) {
+  SeededRandom random(2);
+  const Message message = random_message(random, 5000, 5);
+  const double bits = cost_bits(message);
+  const auto size_bits = 8.0 * static_cast<double>(encoded(message).size());
+  EXPECT_LT(size_bits, bits * 1.002 + 16.0);
+  EXPECT_GE(size_bits, bits - 16.0);  // the last symbols are coded in a state that is not full
+}
+
+// A word is half empty on average; a state that were full at the end would cost two words more.
+TEST(Rans, AStreamCostsAboutAByteMoreThanItsSymbols) {
+  double surplus = 0.0;
+  constexpr int kStreams = 500;
+  for (std::uint64_t seed = 0; seed < kStreams; ++seed) {
+    SeededRandom random(seed);
+    const Message message = random_message(random, 20 + random.below(80), 5);
+    surplus += 8.0 * static_cast<double>(encoded(message).size()) - cost_bits(message);
+  }
+  std::printf("[  figures ] %.2f bits more than the symbols cost\n", surplus / kStreams);
+  EXPECT_LT(surplus / kStreams, 10.0);
+}
+
+std::vector<int> numbers(const std::vector<std::byte>& bytes) {
+  std::vector<int> result;
+  for (const std::byte b : bytes) result.push_back(std::to_integer<int>(b));
+  return result;
+}
+
+TEST(Rans, TheStateComesHighWordFirstInAsManyWordsAsItHas) {
+  RansEncoder encoder;
+  encoder.bits(15, 0);
+  EXPECT_EQ(numbers(encoder.finish()), std::vector<int>{}) << "state 0";
+  encoder.bits(15, 0x1234);
+  EXPECT_EQ(numbers(encoder.finish()), (std::vector<int>{0x34, 0x12}));
+  encoder.bits(15, 0x1234);
+  encoder.bits(15, 0x5678);  // coded first: the state is 0x5678 << 15 | 0x1234
+  EXPECT_EQ(numbers(encoder.finish()), (std::vector<int>{0x3C, 0x2B, 0x34, 0x12}));
+  encoder.bits(15, 0x1234);
+  encoder.bits(15, 0x5678);
+  encoder.bits(15, 0x7ABC);  // before the last but one, 0x7ABC << 15 | 0x5678 has to lose a word
+  EXPECT_EQ(numbers(encoder.finish()), (std::vector<int>{0xAF, 0x0F, 0x34, 0x92, 0x78, 0x56}));
+}
+
+// The state of what is left is hardly ever that of a stream's end; an odd number of bytes never passes.
+TEST(Rans, AlmostEveryTruncationIsNoticed) {
   std::size_t cut = 0;
   std::size_t missed = 0;
-  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
     SeededRandom random(seed);
     const Message message = random_message(random, 20 + random.below(300), 4);
     const auto bytes = encoded(message);
     for (std::size_t size = 0; size < bytes.size(); ++size) {
       const ExactBytes shorter{std::span(bytes).first(size)};
+      const bool unnoticed = passes(message, shorter.view());
+      ASSERT_FALSE(unnoticed && size % 2 != 0) << "seed " << seed << ", cut to " << size;
       ++cut;
-      missed += static_cast<std::size_t>(passes(message, shorter.view()));
+      missed += static_cast<std::size_t>(unnoticed);
     }
   }
-  EXPECT_EQ(missed, 0U) << "of " << cut;
+  std::printf("[  figures ] %zu of %zu truncations went unnoticed\n", missed, cut);
+  EXPECT_LT(static_cast<double>(missed), 0.001 * static_cast<double>(cut));
 }
 
-TEST(Rans, SurplusBytesAreNoticed) {
-  SeededRandom random(7);
-  const Message message = random_message(random, 200, 4);
-  for (std::size_t surplus = 1; surplus <= 4; ++surplus) {
-    auto bytes = encoded(message);
-    bytes.resize(bytes.size() + surplus);
-    EXPECT_FALSE(passes(message, bytes)) << surplus;
+// A decoder takes surplus words as soon as its state has room, and ends in another one.
+TEST(Rans, AlmostAllSurplusBytesAreNoticed) {
+  std::size_t tried = 0;
+  std::size_t missed = 0;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    SeededRandom random(seed);
+    const Message message = random_message(random, 200, 4);
+    for (std::size_t surplus = 1; surplus <= 4; ++surplus) {
+      auto bytes = encoded(message);
+      bytes.resize(bytes.size() + surplus);
+      ++tried;
+      missed += static_cast<std::size_t>(passes(message, bytes));
+    }
   }
+  std::printf("[  figures ] %zu of %zu surpluses went unnoticed\n", missed, tried);
+  EXPECT_LT(static_cast<double>(missed), 0.02 * static_cast<double>(tried));
 }
 
 // Symbols of uneven frequencies pass damage on to all that follows. Raw bits do not (each is a value of its own), so a
