@@ -121,7 +121,7 @@ TEST(AssetFile, EveryFlippedByteIsFound) {
 
 // Several blocks, the last of them shorter.
 const std::vector<std::byte>& file_of_blocks() {
-  static const std::vector<std::byte> bytes = small_asset(testing::make_terrain(150, 150, 1));
+  static const std::vector<std::byte> bytes = small_asset(testing::make_terrain(230, 230, 1));
   return bytes;
 }
 

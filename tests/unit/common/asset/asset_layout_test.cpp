@@ -83,7 +83,8 @@ struct RandomTable {
         cell.parent = parent;
         cell.slab = slab;
         cell.first_child = child;
-        cell.child_count = slab + 1 < head.slab_ends.size() ? random.below(4) : 0;
+        const bool parent_of_some = slab + 1 < head.slab_ends.size();
+        cell.child_count = parent_of_some ? random.below(4) + (of_next.empty() ? 1 : 0) : 0;
         child += cell.child_count;
         of_next.insert(of_next.end(), cell.child_count, static_cast<std::uint32_t>(index.cells.size()));
         cell.split_count = random.one_in(5) ? 0 : random.below(random.one_in(9) ? 5000 : 90);
