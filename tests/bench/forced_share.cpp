@@ -14,7 +14,7 @@ struct SplitDependencies::Recorder {
   std::vector<Cell>& cells;
   std::vector<Step>& latest;
 
-  void cells_started(std::uint32_t slab, const std::vector<CellVertices>& started, const FanState& state) {
+  void cells_started(std::uint32_t slab, const std::vector<CellVertices>& started, const FanState& /*state*/) {
     const std::uint32_t start = slab == 0 ? 0 : head.layer_ends[head.slab_ends[slab - 1] - 1];
     const std::uint32_t end = head.layer_ends[head.slab_ends[slab] - 1];
     for (const CellVertices& vertices : started) {
@@ -22,14 +22,6 @@ struct SplitDependencies::Recorder {
       cell.start = start;
       cell.dependencies.resize(end - start);
       cell.splits.resize(end - start);
-      // Splits give a cell no new neighbours: what they add lies beside what their root lay beside.
-      for (const VertexId v : vertices.initial) {
-        state.fans.for_each_neighbour(v, [&](VertexId w) {
-          if (state.cells[w] != vertices.cell) cell.neighbours.push_back(state.cells[w]);
-        });
-      }
-      std::sort(cell.neighbours.begin(), cell.neighbours.end());
-      cell.neighbours.erase(std::unique(cell.neighbours.begin(), cell.neighbours.end()), cell.neighbours.end());
     }
   }
 
@@ -70,22 +62,7 @@ Result<SplitDependencies> SplitDependencies::of(std::shared_ptr<const OpenAsset>
   return result;
 }
 
-void SplitDependencies::require_exact(const Cell& cell, std::uint32_t generation, std::vector<Step>& open) const {
-  const auto& dependencies = cell.dependencies[generation - cell.start - 1];
-  open.insert(open.end(), dependencies.begin(), dependencies.end());
-}
-
-void SplitDependencies::require_client(const Cell& cell, std::uint32_t generation, std::vector<Step>& open) const {
-  for (const std::uint32_t n : cell.neighbours) {
-    if (generation - 1 > cell.start) {
-      open.push_back({n, generation - 1});
-    } else if (cell.start > 0) {
-      open.push_back({asset_->asset_index()->cells[n].parent, cell.start});
-    }
-  }
-}
-
-std::vector<std::uint32_t> SplitDependencies::needed(std::span<const VertexId> vertices, NeedRule rule) const {
+std::vector<std::uint32_t> SplitDependencies::needed(std::span<const VertexId> vertices) const {
   std::vector<std::uint32_t> need(cells_.size(), 0);
   std::vector<Step> open;
   for (const VertexId v : vertices) {
@@ -103,7 +80,8 @@ std::vector<std::uint32_t> SplitDependencies::needed(std::span<const VertexId> v
       open.push_back({asset_->asset_index()->cells[step.cell].parent, cell.start});
     }
     for (std::uint32_t g = std::max(need[step.cell], cell.start) + 1; g <= step.generation; ++g) {
-      rule == NeedRule::exact ? require_exact(cell, g, open) : require_client(cell, g, open);
+      const std::vector<Step>& dependencies = cell.dependencies[g - cell.start - 1];
+      open.insert(open.end(), dependencies.begin(), dependencies.end());
     }
     need[step.cell] = step.generation;
   }
@@ -193,12 +171,9 @@ ForcedShare forced_share(const SplitDependencies& dependencies, double disc, std
   for (std::uint32_t i = 0; i < seeds; ++i) {
     std::mt19937_64 random(first_seed + i);
     const std::vector<VertexId> vertices = surface.nearest(surface.random_point(random), count);
-    const std::vector<std::uint32_t> exact = dependencies.needed(vertices, NeedRule::exact);
-    const std::vector<std::uint32_t> client = dependencies.needed(vertices, NeedRule::client);
-    mean.splits += dependencies.split_share(exact) / seeds;
-    mean.bytes += dependencies.byte_share(exact) / seeds;
-    mean.client_splits += dependencies.split_share(client) / seeds;
-    mean.client_bytes += dependencies.byte_share(client) / seeds;
+    const std::vector<std::uint32_t> needed = dependencies.needed(vertices);
+    mean.splits += dependencies.split_share(needed) / seeds;
+    mean.bytes += dependencies.byte_share(needed) / seeds;
   }
   mean.disc = static_cast<double>(count) / total;
   return mean;

@@ -7,9 +7,7 @@
 // generations, its parent cell complete, and for every split in it the (cell, generation) of each ring vertex's latest
 // change. A change of r's ring is always a change of a vertex that is in the ring afterwards, so nothing else is
 // needed.
-//
-// Two rules are compared. The exact one is the closure above. The client's is coarser and needs no bookkeeping: a cell
-// takes up a generation when every cell beside it has all coarser ones (ProgressiveMesh).
+// That closure is also what a client waits for (ProgressiveMesh).
 #pragma once
 
 #include <cstdint>
@@ -20,8 +18,6 @@
 
 namespace fanstream::bench {
 
-enum class NeedRule { exact, client };
-
 // What depends on what in one asset, found by decoding it once.
 class SplitDependencies {
  public:
@@ -29,7 +25,7 @@ class SplitDependencies {
 
   // For each cell the last generation that must be there, 0 for none, so that each of `vertices` (numbers of the full
   // model) is in place and all faces around it are faces of the full model.
-  std::vector<std::uint32_t> needed(std::span<const VertexId> vertices, NeedRule rule) const;
+  std::vector<std::uint32_t> needed(std::span<const VertexId> vertices) const;
 
   // Of all splits; `needed` as above.
   double split_share(std::span<const std::uint32_t> needed) const;
@@ -46,13 +42,10 @@ class SplitDependencies {
   };
   struct Cell {
     std::uint32_t start = 0;                      // the last generation of the slab before
-    std::vector<std::vector<Step>> dependencies;  // by generation after start: exact
+    std::vector<std::vector<Step>> dependencies;  // by generation after start
     std::vector<std::uint32_t> splits;            // by generation after start
-    std::vector<std::uint32_t> neighbours;
   };
   struct Recorder;
-  void require_exact(const Cell& cell, std::uint32_t generation, std::vector<Step>& open) const;
-  void require_client(const Cell& cell, std::uint32_t generation, std::vector<Step>& open) const;
 
   std::shared_ptr<const OpenAsset> asset_;
   FanState full_;
@@ -64,8 +57,6 @@ struct ForcedShare {
   double disc = 0.0;  // the share of the vertices that are in the disc
   double splits = 0.0;
   double bytes = 0.0;
-  double client_splits = 0.0;  // by the client's rule
-  double client_bytes = 0.0;
 };
 
 // The mean over `seeds` discs: around a random point of the surface (uniform by area), the vertices nearest to it in

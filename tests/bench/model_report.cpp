@@ -59,13 +59,11 @@ Section forced(const std::vector<ModelFigures>& models) {
   Table table({{"model", "", 0},
                {"disc1_splits_percent", "1 %: splits %", 2},
                {"disc1_bytes_percent", "bytes %", 2},
-               {"disc1_client_bytes_percent", "client's rule: bytes %", 2},
                {"disc10_splits_percent", "10 %: splits %", 2},
-               {"disc10_bytes_percent", "bytes % ", 2},
-               {"disc10_client_bytes_percent", "client's rule: bytes % ", 2}});
+               {"disc10_bytes_percent", "bytes % ", 2}});
   for (const ModelFigures& m : models) {
-    table.add_row({m.model, percent(m.disc1.splits), percent(m.disc1.bytes), percent(m.disc1.client_bytes),
-                   percent(m.disc10.splits), percent(m.disc10.bytes), percent(m.disc10.client_bytes)});
+    table.add_row(
+        {m.model, percent(m.disc1.splits), percent(m.disc1.bytes), percent(m.disc10.splits), percent(m.disc10.bytes)});
   }
   return {"forced_share",
           "Forced share: splits, and bytes of whole segments, that a disc of 1 % and of 10 % of the vertices needs in "

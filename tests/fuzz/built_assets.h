@@ -17,6 +17,7 @@ inline std::vector<std::byte> build_small_asset(TriangleMesh mesh, int position_
   options.base_vertices = 24;  // several slabs and generations in spite of the size
   options.cell_vertices = 12;
   options.segment_splits = 8;
+  options.slab_growth = 3.5;
   const Result<BuiltAsset> built = build_asset(clean_mesh(std::move(mesh)).mesh, options);
   if (!built) {
     std::fprintf(stderr, "%s\n", built.error().message.c_str());

@@ -1,5 +1,5 @@
 // Arbitrary bytes as an asset file: preamble, head (with FM0 through Draco), cell table, and then all segments,
-// refined. The digest and the segments' checksums are made to fit, since no mutation would get past them. Whatever
+// refined. The digest and the blocks' checksums are made to fit, since no mutation would get past them. Whatever
 // refines without an error must be a mesh that can be drawn, coarsened to FM0 and refined again. Input: a whole asset
 // (it begins with F); or a byte that chooses one of the built assets, then edits of it: (u16 place, byte).
 #include <algorithm>
@@ -19,19 +19,11 @@ void require(bool condition) {
   if (!condition) std::abort();
 }
 
-std::vector<std::byte> with_fitting_digest(std::vector<std::byte> bytes) {
-  if (bytes.size() < kPreambleBytes) return bytes;
-  const Digest digest = content_digest(std::span(bytes).subspan(kPreambleBytes));
-  std::transform(digest.begin(), digest.end(), bytes.begin() + 32, [](std::uint8_t b) { return std::byte{b}; });
-  return bytes;
-}
-
-std::shared_ptr<const AssetIndex> with_fitting_checksums(const AssetFile& asset) {
-  auto index = std::make_shared<AssetIndex>(*asset.asset_index());
-  for (SegmentEntry& entry : index->segments) {
-    entry.checksum = segment_checksum(asset.bytes().subspan(entry.offset, entry.size_bytes));
-  }
-  return index;
+// What lies behind the preamble, sealed; of a file that is not as long as its preamble says, nothing is changed.
+std::vector<std::byte> with_fitting_checksums(std::vector<std::byte> bytes) {
+  const auto preamble = read_preamble(bytes, "fuzz");
+  if (!preamble || preamble->file_bytes() != bytes.size()) return bytes;
+  return assemble_file(*preamble, std::span(bytes).first(preamble->section_bytes()).subspan(kPreambleBytes));
 }
 
 void check_drawable(const ProgressiveMesh& mesh) {
@@ -57,7 +49,7 @@ std::vector<std::byte> input_file(std::span<const std::byte> data) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto asset =
-      AssetFile::from_memory(with_fitting_digest(input_file(std::as_bytes(std::span(data, size)))), "fuzz");
+      AssetFile::from_memory(with_fitting_checksums(input_file(std::as_bytes(std::span(data, size)))), "fuzz");
   if (!asset) {
     require(asset.error().message.starts_with("fuzz: "));
     return 0;
@@ -65,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if ((*asset)->vertex_count() > kMostVerticesHere) return 0;
   ProgressiveMesh mesh((*asset)->asset_head());
   const std::uint32_t base_vertices = mesh.vertex_count();
-  mesh.set_index(with_fitting_checksums(**asset));
+  mesh.set_index((*asset)->asset_index());
   for (std::uint32_t c = 0; c < (*asset)->cell_count(); ++c) {
     for (std::uint32_t s = 0; s < (*asset)->segment_count(c); ++s) {
       require(mesh.add_segment(c, s, (*asset)->segment(c, s)).has_value());

@@ -187,6 +187,7 @@ TEST_P(Streaming, CoarseningAndRefiningGiveTheSameStateAtEveryLayer) {
       ASSERT_TRUE(coarse->add_segment(cell, segment, asset().segment(cell, segment)));
     }
     ASSERT_TRUE(coarse->refine());
+    coarse->coarsen_to(border);  // segments without bytes are there from the start
     ASSERT_TRUE(image_of(*mesh) == image_of(*coarse));
     if (border == 0) {
       ASSERT_TRUE(image_of(*mesh) == base);

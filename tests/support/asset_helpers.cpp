@@ -98,7 +98,7 @@ StateImage image_of(const ProgressiveMesh& mesh) {
     }
     image.rings.push_back(state.fans.ring(v));
     image.places.push_back({state.vertices[v].place.x, state.vertices[v].place.y, state.vertices[v].place.z});
-    image.contexts.push_back({state.vertices[v].context.valence, state.vertices[v].context.touched});
+    image.contexts.push_back({state.vertices[v].context.next, state.vertices[v].context.touched});
   }
   while (!image.rings.empty() && image.rings.back().empty()) {
     image.rings.pop_back();

@@ -53,7 +53,7 @@ struct StateImage {
   std::vector<std::vector<VertexId>> rings;
   std::vector<Triangle> faces;
   std::vector<std::array<std::int32_t, 3>> places;
-  std::vector<std::array<int, 2>> contexts;  // valence, touched
+  std::vector<std::array<int, 2>> contexts;  // next, touched
   bool operator==(const StateImage&) const = default;
 };
 StateImage image_of(const ProgressiveMesh& mesh);

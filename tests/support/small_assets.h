@@ -13,6 +13,7 @@ inline BuildOptions small_build_options() {
   options.base_vertices = 24;
   options.cell_vertices = 12;
   options.segment_splits = 8;
+  options.slab_growth = 3.5;
   return options;
 }
 

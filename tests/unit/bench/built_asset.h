@@ -16,6 +16,7 @@ inline BuildOptions small_cells() {
   options.base_vertices = 64;
   options.cell_vertices = 16;
   options.segment_splits = 20.0;
+  options.slab_growth = 3.5;
   return options;
 }
 

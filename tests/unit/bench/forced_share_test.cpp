@@ -77,7 +77,8 @@ class ForcedShareTest : public ::testing::TestWithParam<const char*> {
       const FanState& full = dependencies_.full();
       if (!state.fans.contains(v) || state.fans.ring(v) != full.fans.ring(v)) return false;
       const std::vector<VertexId> ring = full.fans.ring(v);
-      return state.vertices[v].place == full.vertices[v].place && std::all_of(ring.begin(), ring.end(), [&](VertexId w) {
+      return state.vertices[v].place == full.vertices[v].place &&
+             std::all_of(ring.begin(), ring.end(), [&](VertexId w) {
                return w == kOutside || state.vertices[w].place == full.vertices[w].place;
              });
     });
@@ -112,16 +113,14 @@ TEST_P(ForcedShareTest, WhatIsNeededSufficesByBruteForce) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(seed);
     const auto vertices = random_vertices(seed, seed % 3 + 1);
-    for (const NeedRule rule : {NeedRule::exact, NeedRule::client}) {
-      const auto needed = dependencies_.needed(vertices, rule);
-      EXPECT_TRUE(suffices(needed, needed, vertices));
-    }
+    const auto needed = dependencies_.needed(vertices);
+    EXPECT_TRUE(suffices(needed, needed, vertices));
   }
 }
 
-TEST_P(ForcedShareTest, NothingOfTheExactNeedCanBeLeftOut) {
+TEST_P(ForcedShareTest, NothingOfWhatIsNeededCanBeLeftOut) {
   const auto vertices = random_vertices(77, 1);
-  const auto needed = dependencies_.needed(vertices, NeedRule::exact);
+  const auto needed = dependencies_.needed(vertices);
   std::uint32_t tried = 0;
   for (std::uint32_t c = 0; c < needed.size(); ++c) {
     if (needed[c] == 0) continue;
@@ -136,16 +135,14 @@ TEST_P(ForcedShareTest, NothingOfTheExactNeedCanBeLeftOut) {
   EXPECT_GT(tried, 5U);
 }
 
-TEST_P(ForcedShareTest, AClientWithTheSegmentsOfItsRuleHasTheVerticesInFull) {
+TEST_P(ForcedShareTest, AClientWithTheSegmentsThatAreNeededHasTheVerticesInFull) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(seed);
     const auto vertices = random_vertices(seed, 1);
-    const auto exact = dependencies_.needed(vertices, NeedRule::exact);
-    const auto needed = dependencies_.needed(vertices, NeedRule::client);
+    const auto needed = dependencies_.needed(vertices);
     ProgressiveMesh mesh(asset_->asset_head());
     mesh.set_index(asset_->asset_index());
     for (std::uint32_t c = 0; c < needed.size(); ++c) {
-      EXPECT_LE(exact[c], needed[c]);
       const std::uint32_t first = asset_->asset_head()->layer_begin(asset_->asset_index()->cells[c].slab);
       for (std::uint32_t s = 0; s < asset_->segment_count(c); ++s) {
         if (needed[c] < asset_->asset_head()->first_generation(first + s)) continue;
@@ -164,8 +161,7 @@ TEST_P(ForcedShareTest, SharesGrowWithTheDiscUpToEverything) {
   const ForcedShare whole = forced_share(dependencies_, 1.0, 1);
   EXPECT_GE(small.splits, 0.005);
   EXPECT_LT(small.splits, large.splits);
-  EXPECT_LE(small.splits, small.client_splits);
-  EXPECT_LE(small.bytes, small.client_bytes);
+  EXPECT_LT(small.bytes, large.bytes);
   EXPECT_LE(large.splits, 1.0);
   EXPECT_DOUBLE_EQ(whole.splits, 1.0);
   EXPECT_DOUBLE_EQ(whole.bytes, 1.0);

@@ -65,7 +65,7 @@ TEST(ModelFetch, OverANetworkGivesTheQuantisedInputFaceForFace) {
     EXPECT_EQ(report.digest, text_of(asset->digest()));
     EXPECT_EQ(report.vertices, meshes[i].positions.size());
     EXPECT_EQ(report.triangles, meshes[i].triangles.size());
-    EXPECT_EQ(report.bytes.head + report.bytes.index + report.bytes.segments, asset->size_bytes());
+    EXPECT_EQ(report.bytes.head + report.bytes.index + report.bytes.segments, asset->preamble().section_bytes());
     EXPECT_GT(report.bytes.received, asset->size_bytes());
     EXPECT_LE(report.seconds.connect, report.seconds.head);
     EXPECT_LE(report.seconds.head, report.seconds.first_mesh);

@@ -25,7 +25,7 @@ TEST(SegmentOrder, IsTheFilesOrderAndCoversItAll) {
     ASSERT_EQ(bytes.data(), next);
     next += bytes.size();
   }
-  EXPECT_EQ(next, asset().bytes().data() + asset().bytes().size());
+  EXPECT_EQ(next, asset().bytes().data() + asset().preamble().section_bytes());
 }
 
 TEST(SegmentOrder, LayersFollowOneAnotherFromTheFirstToTheLast) {

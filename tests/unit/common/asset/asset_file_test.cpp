@@ -32,6 +32,11 @@ std::vector<std::byte> joined(const AssetFile& asset) {
   return all;
 }
 
+std::vector<std::byte> sections_of(const std::vector<std::byte>& file) {
+  const AssetPreamble preamble = read_preamble(file, "x.fan").value();
+  return {file.begin(), file.begin() + static_cast<std::ptrdiff_t>(preamble.section_bytes())};
+}
+
 Error error_of(const std::vector<std::byte>& bytes) {
   const auto opened = AssetFile::from_memory(bytes, "x.fan");
   EXPECT_FALSE(opened.has_value());
@@ -48,15 +53,16 @@ std::vector<std::byte> forged(const AssetFile& asset, const AssetHead& head) {
   return assemble_file(preamble, body.view());
 }
 
-TEST(AssetFile, HeadIndexAndSegmentsAreTheWholeFile) {
+TEST(AssetFile, HeadIndexAndSegmentsAreTheWholeFileUpToTheChecksums) {
   const TemporaryFolder folder;
   const std::vector<std::byte> bytes = small_asset();
   const auto mapped = AssetFile::open(folder.write("torus.fan", as_text(bytes)));
   ASSERT_TRUE(mapped.has_value()) << mapped.error().message;
   const auto in_memory = AssetFile::from_memory(bytes, "torus");
   ASSERT_TRUE(in_memory.has_value()) << in_memory.error().message;
-  EXPECT_EQ(joined(**mapped), bytes);
-  EXPECT_EQ(joined(**in_memory), bytes);
+  EXPECT_EQ(joined(**mapped), sections_of(bytes));
+  EXPECT_EQ(joined(**in_memory), sections_of(bytes));
+  EXPECT_EQ((*mapped)->preamble().file_bytes(), bytes.size());
   EXPECT_EQ((*mapped)->digest(), (*in_memory)->digest());
   EXPECT_EQ((*mapped)->size_bytes(), bytes.size());
   EXPECT_EQ((*mapped)->vertex_count(), 240U);
@@ -83,7 +89,7 @@ TEST(AssetFile, ReplacedOrDeletedFileStaysReadable) {
   const auto asset = AssetFile::open(path);
   ASSERT_TRUE(asset.has_value());
   std::filesystem::remove(path);
-  EXPECT_EQ(joined(**asset), bytes);
+  EXPECT_EQ(joined(**asset), sections_of(bytes));
 }
 
 TEST(AssetFile, CutShortAnywhereIsAnError) {
@@ -113,20 +119,46 @@ TEST(AssetFile, EveryFlippedByteIsFound) {
   }
 }
 
-TEST(AssetFile, DamagedSegmentIsNamed) {
-  std::vector<std::byte> bytes = small_asset();
-  const auto asset = AssetFile::from_memory(bytes, "x.fan");
-  ASSERT_TRUE(asset.has_value());
-  const std::uint32_t cell = (*asset)->cell_count() - 1;
-  std::uint32_t segment = 0;
-  while ((*asset)->segment(cell, segment).empty()) ++segment;
-  const std::size_t place =
-      static_cast<std::size_t>((*asset)->segment(cell, segment).data() - (*asset)->bytes().data());
-  bytes[place] ^= std::byte{1};
-  const std::string message = error_of(bytes).message;
-  EXPECT_NE(message.find("cell " + std::to_string(cell) + " segment " + std::to_string(segment)), std::string::npos)
-      << message;
-  EXPECT_NE(message.find("bytes " + std::to_string(place)), std::string::npos) << message;
+// Several blocks, the last of them shorter.
+const std::vector<std::byte>& file_of_blocks() {
+  static const std::vector<std::byte> bytes = small_asset(testing::make_terrain(230, 230, 1));
+  return bytes;
+}
+
+TEST(AssetFile, DamagedBlockIsNamedByItsBytesAndItsSections) {
+  const AssetPreamble preamble = read_preamble(file_of_blocks(), "x.fan").value();
+  ASSERT_GE(preamble.block_count(), 3U);
+  const auto message_of = [&](std::uint64_t place) {
+    std::vector<std::byte> bytes = file_of_blocks();
+    bytes[place] ^= std::byte{1};
+    return error_of(bytes).message;
+  };
+  for (std::uint64_t block = 0; block < preamble.block_count(); ++block) {
+    const std::uint64_t begin = kPreambleBytes + block * kBlockBytes;
+    const std::uint64_t end = std::min(begin + kBlockBytes, preamble.section_bytes());
+    const std::string range = "in bytes " + std::to_string(begin) + " to " + std::to_string(end - 1) + " (";
+    for (const std::uint64_t place : {begin, (begin + end) / 2, end - 1, preamble.section_bytes() + 4 * block + 3}) {
+      const std::string message = message_of(place);
+      EXPECT_NE(message.find(range), std::string::npos) << message;
+      EXPECT_EQ(message.find("the segments") != std::string::npos, end > preamble.head_bytes + preamble.index_bytes);
+      EXPECT_EQ(message.find("the head") != std::string::npos, begin < preamble.head_bytes) << message;
+    }
+  }
+  EXPECT_NE(message_of(40).find("in the digest"), std::string::npos);
+}
+
+// The digest does not cover the checksums, so that it stays the content's name.
+TEST(AssetFile, BlocksAreCheckedOnTheirOwnAndTogether) {
+  const AssetPreamble preamble = read_preamble(file_of_blocks(), "x.fan").value();
+  const std::span<const std::byte> file = file_of_blocks();
+  const auto content = file.first(preamble.section_bytes()).subspan(kPreambleBytes);
+  EXPECT_EQ(content_digest(content), preamble.digest);
+  EXPECT_EQ(assemble_file(preamble, content), file_of_blocks());
+  ByteReader checksums(file.subspan(preamble.section_bytes()));
+  for (std::uint64_t at = 0; at < content.size(); at += kBlockBytes) {
+    EXPECT_EQ(checksums.u32(), block_checksum(content.subspan(at, std::min(kBlockBytes, content.size() - at))));
+  }
+  EXPECT_EQ(checksums.remaining(), 0U);
 }
 
 TEST(AssetFile, DamagedHeadIsNamed) {
@@ -148,12 +180,12 @@ TEST(AssetFile, CellsWithoutLayersAreRefused) {
 
 TEST(AssetFile, AnotherVersionIsSaidToBeOne) {
   std::vector<std::byte> bytes = small_asset();
-  for (const int version : {0, 1, 3, 77}) {  // 1 kept rings instead of linked fans, and coded every segment on its own
+  for (const int version : {0, 1, 2, 4, 77}) {  // 2 coded roots by generation and had checksums by segment
     bytes[4] = static_cast<std::byte>(version);
     const Error error = error_of(bytes);
     EXPECT_EQ(error.kind, ErrorKind::unsupported);
     EXPECT_NE(error.message.find("version " + std::to_string(version) + ","), std::string::npos) << error.message;
-    EXPECT_NE(error.message.find("reads version 2"), std::string::npos) << error.message;
+    EXPECT_NE(error.message.find("reads version 3"), std::string::npos) << error.message;
   }
 }
 
@@ -190,24 +222,27 @@ TEST(AssetFile, VertexCountOutOfProportionIsRefused) {
   EXPECT_EQ(error.kind, ErrorKind::limit) << error.message;
 }
 
-// Sections that are rewritten with a fitting digest, as an attacker would: errors, never a crash.
+// Sections that are rewritten with a fitting digest and checksums, as an attacker would: errors, never a crash.
 TEST(AssetFile, ForgedContentIsRefusedOrReadable) {
   const std::vector<std::byte> bytes = small_asset();
+  const AssetPreamble preamble = read_preamble(bytes, "x.fan").value();
+  const std::span<const std::byte> content = std::span(bytes).first(preamble.section_bytes()).subspan(kPreambleBytes);
   std::mt19937 random(7);
+  std::size_t readable = 0;
   for (int round = 0; round < 2000; ++round) {
     SCOPED_TRACE(round);
-    std::vector<std::byte> forged = bytes;
-    for (int edit = 0; edit < 3; ++edit)
-      forged[kPreambleBytes + random() % (bytes.size() - kPreambleBytes)] = std::byte(random() % 256);
-    const Digest digest = content_digest(std::span<const std::byte>(forged).subspan(kPreambleBytes));
-    for (std::size_t i = 0; i < digest.size(); ++i) forged[32 + i] = std::byte{digest[i]};
-    const auto opened = AssetFile::from_memory(forged, "x.fan");
+    std::vector<std::byte> changed(content.begin(), content.end());
+    for (int edit = 0; edit < 3; ++edit) changed[random() % changed.size()] = std::byte(random() % 256);
+    const auto opened = AssetFile::from_memory(assemble_file(preamble, changed), "x.fan");
     if (!opened) {
       EXPECT_TRUE(opened.error().message.starts_with("x.fan: ")) << opened.error().message;
+      EXPECT_EQ(opened.error().message.find("damaged in bytes"), std::string::npos) << "the checksums fit";
     } else {
+      ++readable;
       (void)load_full(**opened);
     }
   }
+  EXPECT_GT(readable, 100U);
 }
 
 }  // namespace

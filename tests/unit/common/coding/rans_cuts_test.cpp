@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdio>
 
 #include "tests/support/exact_bytes.h"
 #include "tests/unit/common/coding/rans_message.h"
@@ -51,6 +52,14 @@ struct CutMessage {
   }
   std::size_t begin(std::size_t segment) const { return segment == 0 ? 0 : cuts[segment - 1]; }
   std::size_t end(std::size_t segment) const { return segment < cuts.size() ? cuts[segment] : message.steps.size(); }
+  // Whether no later segment has bytes.
+  bool ends(std::size_t segment) const {
+    return std::all_of(segments.begin() + static_cast<std::ptrdiff_t>(segment) + 1, segments.end(),
+                       [](const ExactBytes& bytes) { return bytes.view().empty(); });
+  }
+  void append(RansDecoder& decoder, std::size_t segment) const {
+    decoder.append(segments[segment].view(), ends(segment));
+  }
   // Whether all of a segment's symbols come out as they went in.
   bool decodes(RansDecoder& decoder, std::size_t segment) const {
     bool same = true;
@@ -70,10 +79,10 @@ TEST(RansCuts, SegmentsComeBackOneByOne) {
     RansDecoder decoder;
     for (std::size_t s = 0; s < cut.segments.size(); ++s) {
       ASSERT_TRUE(decoder.used_up());
-      decoder.append(cut.segments[s].view());
+      cut.append(decoder, s);
       ASSERT_TRUE(cut.decodes(decoder, s)) << "segment " << s;
       ASSERT_TRUE(decoder.used_up()) << "segment " << s;
-      ASSERT_FALSE(decoder.overran());
+      ASSERT_FALSE(decoder.starved());
     }
     ASSERT_TRUE(decoder.finished_cleanly());
   }
@@ -140,13 +149,13 @@ TEST(RansCuts, ADecoderCanBeTakenBackToAnyCut) {
     RansDecoder decoder;
     for (std::size_t s = 0; s < cut.segments.size(); ++s) {
       before.push_back(decoder);
-      decoder.append(cut.segments[s].view());
+      cut.append(decoder, s);
       ASSERT_TRUE(cut.decodes(decoder, s));
     }
     for (std::size_t from = before.size(); from-- > 0;) {
       RansDecoder again = before[from];
       for (std::size_t s = from; s < cut.segments.size(); ++s) {
-        again.append(cut.segments[s].view());
+        cut.append(again, s);
         ASSERT_TRUE(cut.decodes(again, s)) << "segment " << s << " from " << from;
       }
       ASSERT_TRUE(again.finished_cleanly());
@@ -154,30 +163,40 @@ TEST(RansCuts, ADecoderCanBeTakenBackToAnyCut) {
   }
 }
 
-TEST(RansCuts, EveryTruncatedSegmentIsNoticedAtItsEnd) {
-  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+// A state that has run down is no state to go on with. With the last segment it may, and a stream that has not begun
+// has none.
+TEST(RansCuts, EveryTruncatedSegmentButTheLastIsNoticedAtItsEnd) {
+  std::size_t tried = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SeededRandom random(seed);
     const CutMessage cut(random);
     RansDecoder decoder;
-    for (std::size_t s = 0; s < cut.segments.size(); ++s) {
+    bool begun = false;
+    for (std::size_t s = 0; s < cut.segments.size() && !cut.ends(s); ++s) {
       const auto whole = cut.segments[s].view();
-      for (std::size_t size = 0; size < whole.size(); ++size) {
+      for (std::size_t size = begun ? 0 : 1; size < whole.size(); ++size) {
         const ExactBytes shorter(whole.first(size));
         RansDecoder misled = decoder;
-        misled.append(shorter.view());
+        misled.append(shorter.view(), false);
         (void)cut.decodes(misled, s);
-        ASSERT_TRUE(misled.overran()) << "segment " << s << " cut to " << size;
+        ++tried;
+        ASSERT_TRUE(misled.starved()) << "segment " << s << " cut to " << size;
         ASSERT_FALSE(misled.used_up());
       }
-      decoder.append(whole);
+      begun = begun || !whole.empty();
+      cut.append(decoder, s);
       ASSERT_TRUE(cut.decodes(decoder, s));
     }
   }
+  EXPECT_GT(tried, 2000U);
 }
 
+// While later segments have bytes, a decoder's state is full and takes no word that was not meant for it.
 TEST(RansCuts, SurplusBytesAreNoticedAtTheSegmentsEnd) {
-  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+  std::size_t tried = 0;
+  std::size_t missed = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SeededRandom random(seed);
     const CutMessage cut(random);
@@ -190,15 +209,22 @@ TEST(RansCuts, SurplusBytesAreNoticedAtTheSegmentsEnd) {
         longer.push_back(std::byte{1});
         const ExactBytes bytes(longer);
         RansDecoder misled = decoder;
-        misled.append(bytes.view());
-        ASSERT_TRUE(cut.decodes(misled, s));
+        misled.append(bytes.view(), cut.ends(s));
+        const bool same = cut.decodes(misled, s);
+        if (cut.ends(s)) {
+          ++tried;
+          missed += static_cast<std::size_t>(misled.finished_cleanly());
+          continue;
+        }
+        ASSERT_TRUE(same || surplus % 2 != 0);
         ASSERT_FALSE(misled.used_up()) << "segment " << s << " and " << surplus << " bytes";
-        ASSERT_FALSE(misled.overran());
       }
-      decoder.append(cut.segments[s].view());
+      cut.append(decoder, s);
       ASSERT_TRUE(cut.decodes(decoder, s));
     }
   }
+  std::printf("[  figures ] %zu of %zu surpluses behind last segments went unnoticed\n", missed, tried);
+  EXPECT_LT(static_cast<double>(missed), 0.02 * static_cast<double>(tried));
 }
 
 TEST(RansCuts, SegmentsOfAnyBytesAreSafe) {
@@ -213,7 +239,7 @@ TEST(RansCuts, SegmentsOfAnyBytesAreSafe) {
         std::vector<std::byte> noise(random.below(9));
         for (std::byte& b : noise) b = static_cast<std::byte>(random.below(256));
         segments.emplace_back(noise);
-        decoder.append(segments.back().view());
+        decoder.append(segments.back().view(), random.one_in(2));
       }
       ASSERT_LT(code(decoder, message, step), value_count(message, step));
     }

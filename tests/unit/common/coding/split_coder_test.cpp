@@ -19,19 +19,57 @@ using testing::SeededRandom;
 struct CodedCase {
   RandomRing ring;
   FanSplit split;
-  bool last_of_patch;
+  std::uint8_t root_next;
+  std::uint8_t added_next;
 };
 
-std::vector<CodedCase> random_cases(SeededRandom& random, int count, std::int32_t reach, std::int32_t displacement) {
+// What is coded against: when the vertices of all rings are split next, by number.
+struct Surroundings {
+  CodingTime time;
+  std::vector<FanVertex> vertices;
+
+  explicit Surroundings(SeededRandom& random, std::uint32_t last = 0) : vertices(300) {
+    time.last = last != 0 ? last : 1 + random.below(kMostGenerations);
+    time.generation = 1 + random.below(time.last);
+    for (FanVertex& v : vertices) {
+      if (!random.one_in(3)) v.context.next = any_generation(random, time.generation + 1);
+    }
+    vertices[0].context.next = static_cast<std::uint8_t>(time.generation);  // the root's
+  }
+  std::uint8_t any_generation(SeededRandom& random, std::uint32_t first) const {
+    return first > time.last ? kNeverSplit : static_cast<std::uint8_t>(first + random.below(time.last - first + 1));
+  }
+  bool taken(const RandomRing& ring, std::uint32_t from, std::uint32_t to, std::uint8_t generation) const {
+    const auto size = static_cast<std::uint32_t>(ring.ring.size());
+    for (std::uint32_t i = from;; i = (i + 1) % size) {
+      if (ring.ring[i] != kOutside && vertices[ring.ring[i]].context.next == generation) return true;
+      if (i == to) return false;
+    }
+  }
+  // Any that the format allows: no neighbour's, nor both the same; the root once more in this generation, the new
+  // vertex not.
+  void choose_next_splits(CodedCase& c, SeededRandom& random) const {
+    c.root_next = any_generation(random, time.generation);
+    if (taken(c.ring, c.split.last, c.split.first, c.root_next)) c.root_next = kNeverSplit;
+    c.added_next = any_generation(random, time.generation + 1);
+    if (c.added_next == c.root_next || taken(c.ring, c.split.first, c.split.last, c.added_next)) {
+      c.added_next = kNeverSplit;
+    }
+  }
+};
+
+std::vector<CodedCase> random_cases(SeededRandom& random, const Surroundings& around, int count, std::int32_t reach,
+                                    std::int32_t displacement) {
   std::vector<CodedCase> cases;
   for (int i = 0; i < count; ++i) {
     const std::uint32_t size = random.one_in(20) ? 3 + random.below(200) : 3 + random.below(14);
-    CodedCase c{RandomRing(random, size, random.one_in(3), reach), {}, random.one_in(2)};
+    CodedCase c{RandomRing(random, size, random.one_in(3), reach), {}, kNeverSplit, kNeverSplit};
     c.split.first = random.below(size);
     c.split.last = (c.split.first + 1 + random.below(size - 1)) % size;
     c.split.parent = static_cast<ParentPosition>(random.below(3));
     const auto coordinate = [&] { return random.between(-displacement, displacement); };
     c.split.displacement = {coordinate(), coordinate(), coordinate()};
+    around.choose_next_splits(c, random);
     cases.push_back(std::move(c));
   }
   return cases;
@@ -44,40 +82,43 @@ std::vector<SplitInProgress> in_progress(const std::vector<CodedCase>& cases, co
   for (std::size_t i = 0; i < cases.size(); ++i) {
     all[i].ring.assign(cases[i].ring.fans, 0, cases[i].ring.vertices, float4(unit));
     all[i].split = known ? cases[i].split : FanSplit{0, 0, 1, ParentPosition::kept, {}};
-    all[i].last_of_patch = cases[i].last_of_patch;
+    all[i].root_next = known ? cases[i].root_next : kNeverSplit;
+    all[i].added_next = known ? cases[i].added_next : kNeverSplit;
   }
   return all;
 }
 
 template <class Coder>
-void code_by_batches(Coder& coder, const SplitModel& model, const glm::vec3& unit, std::vector<SplitInProgress>& splits,
-                     std::size_t batch) {
+void code_by_batches(Coder& coder, const SplitModel& model, const glm::vec3& unit, const Surroundings& around,
+                     std::vector<SplitInProgress>& splits, std::size_t batch) {
   for (std::size_t begin = 0; begin < splits.size(); begin += batch) {
-    code_splits(coder, model, AxisUnits(unit),
+    code_splits(coder, model, AxisUnits(unit), around.vertices, around.time,
                 std::span(splits).subspan(begin, std::min(batch, splits.size() - begin)));
   }
 }
 
-void expect_splits(const std::vector<SplitInProgress>& found, const std::vector<CodedCase>& cases) {
+void expect_splits(std::span<const SplitInProgress> found, std::span<const CodedCase> cases) {
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const FanSplit& expected = cases[i].split;
     ASSERT_EQ(found[i].split.first, expected.first) << "split " << i;
     ASSERT_EQ(found[i].split.last, expected.last) << "split " << i;
     ASSERT_EQ(found[i].split.parent, expected.parent) << "split " << i;
     ASSERT_EQ(found[i].split.displacement, expected.displacement) << "split " << i;
+    ASSERT_EQ(found[i].root_next, cases[i].root_next) << "split " << i;
+    ASSERT_EQ(found[i].added_next, cases[i].added_next) << "split " << i;
   }
 }
 
 void expect_round_trip(const std::vector<CodedCase>& cases, const SplitModel& model, const glm::vec3& unit,
-                       std::size_t batch = CellCoding::kBatch) {
+                       const Surroundings& around, std::size_t batch = CellCoding::kBatch) {
   RansEncoder encoder;
   std::vector<SplitInProgress> given = in_progress(cases, unit, true);
-  code_by_batches(encoder, model, unit, given, batch);
+  code_by_batches(encoder, model, unit, around, given, batch);
   expect_splits(given, cases);
   const ExactBytes bytes(encoder.finish());
   RansDecoder decoder(bytes.view());
   std::vector<SplitInProgress> found = in_progress(cases, unit, false);
-  code_by_batches(decoder, model, unit, found, batch);
+  code_by_batches(decoder, model, unit, around, found, batch);
   expect_splits(found, cases);
   ASSERT_TRUE(decoder.finished_cleanly());
 }
@@ -86,9 +127,10 @@ TEST(SplitCoder, SplitsComeBack) {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SeededRandom random(seed);
+    const Surroundings around(random);
     const std::int32_t reach = 1 << random.below(12);
     const SplitModel model;
-    expect_round_trip(random_cases(random, 150, reach, reach), model, glm::vec3(1.0F));
+    expect_round_trip(random_cases(random, around, 150, reach, reach), model, glm::vec3(1.0F), around);
   }
 }
 
@@ -97,9 +139,10 @@ TEST(SplitCoder, SplitsAcrossTheWholeGridComeBackOnAnisotropicGrids) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SeededRandom random(seed);
+    const Surroundings around(random);
     const SplitModel model;
-    expect_round_trip(random_cases(random, 100, kFar / 2, kFar), model, glm::vec3(1.0F, 1.0F, 40.0F));
-    expect_round_trip(random_cases(random, 100, 3, kFar), model, glm::vec3(1.0F, 1000.0F, 1.0F));
+    expect_round_trip(random_cases(random, around, 100, kFar / 2, kFar), model, glm::vec3(1.0F, 1.0F, 40.0F), around);
+    expect_round_trip(random_cases(random, around, 100, 3, kFar), model, glm::vec3(1.0F, 1000.0F, 1.0F), around);
   }
 }
 
@@ -107,6 +150,7 @@ TEST(SplitCoder, SplitsComeBackWithOtherStatistics) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SeededRandom random(seed);
+    const Surroundings around(random);
     SplitStatistics statistics;
     for (auto& table : statistics.symbols) {
       for (std::uint8_t& share : table) share = static_cast<std::uint8_t>(random.below(32));
@@ -117,37 +161,40 @@ TEST(SplitCoder, SplitsComeBackWithOtherStatistics) {
     statistics.spreads = SplitStatistics::built_in().spreads;
     for (std::int8_t& s : statistics.spreads) s = static_cast<std::int8_t>(s + random.between(-8, 8));
     const SplitModel model(statistics);
-    expect_round_trip(random_cases(random, 100, 300, 300), model, glm::vec3(1.0F, 2.0F, 1.0F));
+    expect_round_trip(random_cases(random, around, 100, 300, 300), model, glm::vec3(1.0F, 2.0F, 1.0F), around);
   }
 }
 
 TEST(SplitCoder, EveryArcOfEveryRingComesBack) {
   const SplitModel model;
   SeededRandom random(11);
+  const Surroundings around(random, 12);
   std::vector<CodedCase> cases;
   for (std::uint32_t size = 3; size <= 9; ++size) {
     for (const bool open : {false, true}) {
       for (std::uint32_t first = 0; first < size; ++first) {
         for (std::uint32_t step = 1; step < size; ++step) {
           for (int parent = 0; parent < 3; ++parent) {
-            CodedCase c{RandomRing(random, size, open, 20), {}, step == 1};
+            CodedCase c{RandomRing(random, size, open, 20), {}, kNeverSplit, kNeverSplit};
             c.split = {0, first, (first + step) % size, static_cast<ParentPosition>(parent), {1, -2, 3}};
+            around.choose_next_splits(c, random);
             cases.push_back(std::move(c));
           }
         }
       }
     }
   }
-  expect_round_trip(cases, model, glm::vec3(1.0F));
+  expect_round_trip(cases, model, glm::vec3(1.0F), around);
 }
 
 TEST(SplitCoder, SplitsComeBackFromBatchesOfAnySize) {
   for (std::size_t batch = 1; batch <= CellCoding::kBatch; ++batch) {
     SCOPED_TRACE("batches of " + std::to_string(batch));
     SeededRandom random(batch);
+    const Surroundings around(random);
     const SplitModel model;
     for (const int count : {0, 1, 7, 16, 17, 100}) {
-      expect_round_trip(random_cases(random, count, 90, 90), model, glm::vec3(1.0F, 1.0F, 2.0F), batch);
+      expect_round_trip(random_cases(random, around, count, 90, 90), model, glm::vec3(1.0F, 1.0F, 2.0F), around, batch);
       if (HasFatalFailure()) return;
     }
   }
@@ -173,12 +220,13 @@ TEST(SplitCoder, BatchesOfAnySizeCodeTheSameSymbols) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SeededRandom random(seed);
     const SplitModel model;
-    const auto cases = random_cases(random, 100, 300, 300);
+    const Surroundings around(random);
+    const auto cases = random_cases(random, around, 100, 300, 300);
     std::vector<std::pair<const FrequencyTable*, int>> expected;
     for (std::size_t batch = 1; batch <= CellCoding::kBatch; ++batch) {
       RecordingCoder coder;
       std::vector<SplitInProgress> splits = in_progress(cases, glm::vec3(1.0F), true);
-      code_by_batches(coder, model, glm::vec3(1.0F), splits, batch);
+      code_by_batches(coder, model, glm::vec3(1.0F), around, splits, batch);
       std::sort(coder.steps.begin(), coder.steps.end());
       if (batch == 1) expected = coder.steps;
       ASSERT_TRUE(coder.steps == expected) << "batches of " << batch;
@@ -191,10 +239,11 @@ TEST(SplitCoder, ABatchCanBeUsedAgain) {
   const SplitModel model;
   const glm::vec3 unit(1.0F);
   SeededRandom random(14);
-  const auto cases = random_cases(random, 400, 200, 200);
+  const Surroundings around(random);
+  const auto cases = random_cases(random, around, 400, 200, 200);
   RansEncoder encoder;
   std::vector<SplitInProgress> given = in_progress(cases, unit, true);
-  code_by_batches(encoder, model, unit, given, 16);
+  code_by_batches(encoder, model, unit, around, given, 16);
   const ExactBytes bytes(encoder.finish());
   RansDecoder decoder(bytes.view());
   std::array<SplitInProgress, 16> batch;
@@ -202,14 +251,10 @@ TEST(SplitCoder, ABatchCanBeUsedAgain) {
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const CodedCase& c = cases[begin + i];
       batch[i].ring.assign(c.ring.fans, 0, c.ring.vertices, float4(unit));
-      batch[i].last_of_patch = c.last_of_patch;
     }
-    code_splits(decoder, model, AxisUnits(unit), std::span(batch));
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-      ASSERT_EQ(batch[i].split.first, cases[begin + i].split.first);
-      ASSERT_EQ(batch[i].split.last, cases[begin + i].split.last);
-      ASSERT_EQ(batch[i].split.displacement, cases[begin + i].split.displacement);
-    }
+    code_splits(decoder, model, AxisUnits(unit), around.vertices, around.time, std::span(batch));
+    expect_splits(batch, std::span(cases).subspan(begin, batch.size()));
+    if (HasFatalFailure()) return;
   }
   ASSERT_TRUE(decoder.finished_cleanly());
 }
@@ -223,14 +268,28 @@ TEST(SplitCoder, AnyBytesGiveALegalSplit) {
     for (std::byte& b : noise) b = static_cast<std::byte>(random.below(256));
     const ExactBytes bytes(noise);
     RansDecoder decoder(bytes.view());
-    std::vector<SplitInProgress> splits = in_progress(random_cases(random, 30, 50, 0), glm::vec3(1.0F), false);
-    code_by_batches(decoder, model, glm::vec3(1.0F), splits, 1 + random.below(16));
-    for (const SplitInProgress& s : splits) {
+    const Surroundings around(random);
+    const auto cases = random_cases(random, around, 30, 50, 0);
+    std::vector<SplitInProgress> splits = in_progress(cases, glm::vec3(1.0F), false);
+    code_by_batches(decoder, model, glm::vec3(1.0F), around, splits, 1 + random.below(16));
+    for (std::size_t i = 0; i < splits.size(); ++i) {
+      const SplitInProgress& s = splits[i];
       ASSERT_LT(s.split.first, s.ring.size());
       ASSERT_LT(s.split.last, s.ring.size());
       ASSERT_NE(s.split.first, s.split.last);
       ASSERT_LE(static_cast<int>(s.split.parent), 2);
       for (int axis = 0; axis < 3; ++axis) ASSERT_LE(std::abs(s.split.displacement[axis]), 1 << 28);
+      if (s.root_next != kNeverSplit) {
+        ASSERT_GE(s.root_next, around.time.generation);
+        ASSERT_LE(s.root_next, around.time.last);
+        ASSERT_FALSE(around.taken(cases[i].ring, s.split.last, s.split.first, s.root_next));
+      }
+      if (s.added_next != kNeverSplit) {
+        ASSERT_GT(s.added_next, around.time.generation);
+        ASSERT_LE(s.added_next, around.time.last);
+        ASSERT_NE(s.added_next, s.root_next);
+        ASSERT_FALSE(around.taken(cases[i].ring, s.split.first, s.split.last, s.added_next));
+      }
     }
   }
 }

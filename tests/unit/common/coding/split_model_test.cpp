@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 #include "tests/support/exact_bytes.h"
 #include "tests/support/seeded_random.h"
@@ -125,7 +126,6 @@ TEST(SplitModel, EveryContextHasItsOwnTable) {
     ++seen[static_cast<std::size_t>(table)];
   };
   for (std::uint32_t size = 0; size < 300; ++size) {
-    for (std::uint32_t age = 0; age < 260; ++age) see(SymbolContexts::split_count(size, age), 5);
     see(SymbolContexts::opening(size), 4);
     for (int o = 0; o < 4; ++o) see(SymbolContexts::length(static_cast<Opening>(o), size), 32);
     for (std::uint32_t length = 1; length < 40; ++length) see(SymbolContexts::rank(size, length), 32);
@@ -133,7 +133,37 @@ TEST(SplitModel, EveryContextHasItsOwnTable) {
   for (const bool last : {false, true}) {
     for (const bool open : {false, true}) see(SymbolContexts::parent(last, open), 3);
   }
+  for (std::uint32_t valence = 0; valence < 300; ++valence) {
+    see(SymbolContexts::next_split(NextSplitOf::base, 1 + valence % 64, false, valence), 32);
+    for (std::uint32_t free = 1; free <= 64; ++free) {
+      for (const bool taken : {false, true}) {
+        for (const NextSplitOf whose : {NextSplitOf::root, NextSplitOf::added}) {
+          see(SymbolContexts::next_split(whose, free, taken, valence), free < 6 ? static_cast<int>(free) + 1 : 32);
+        }
+      }
+    }
+  }
   for (std::size_t t = 0; t < seen.size(); ++t) EXPECT_GT(seen[t], 0) << "table " << t << " is never used";
+}
+
+// What one of few free generations can be is told apart by all that is known of it.
+TEST(SplitModel, NextSplitsOfDifferentContextsHaveDifferentTables) {
+  std::set<int> tables;
+  std::size_t contexts = 0;
+  for (std::uint32_t valence = 3; valence <= 14; ++valence) {
+    tables.insert(SymbolContexts::next_split(NextSplitOf::base, 9, false, valence));
+    ++contexts;
+    for (std::uint32_t free = 1; free <= SymbolContexts::kManyFree; ++free) {
+      for (const bool taken : {false, true}) {
+        for (const NextSplitOf whose : {NextSplitOf::root, NextSplitOf::added}) {
+          tables.insert(SymbolContexts::next_split(whose, free, taken, valence));
+          ++contexts;
+        }
+      }
+    }
+  }
+  EXPECT_EQ(tables.size(), contexts);
+  EXPECT_LT(*tables.rbegin(), SymbolContexts::kOpeningFirst);
 }
 
 TEST(SplitModel, SpreadContextsAreInRange) {

@@ -27,7 +27,7 @@ TEST(LayerPlan, LayersAndSlabsCoverAllGenerations) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     testing::SeededRandom random(seed);
     const auto vertices = growing(10 + random.below(300), 1.05 + random.unit(), random.below(30));
-    LayerPlanOptions options;
+    Granularity options;
     options.cell_vertices = 8 + random.below(200);
     options.slab_growth = 1.5 + 4.0 * random.unit();
     options.segment_splits = 5.0 + 300.0 * random.unit();
@@ -44,20 +44,21 @@ TEST(LayerPlan, NoGenerationsNoLayers) {
 }
 
 TEST(LayerPlan, ASlabEndsWhereItHasMultipliedTheVertices) {
-  const LayerPlan plan = plan_layers(std::vector<std::uint32_t>{100, 200, 400, 800, 1600, 3200, 6400}, {64, 4.0, 1e9});
+  const LayerPlan plan =
+      plan_layers(std::vector<std::uint32_t>{100, 200, 400, 800, 1600, 3200, 6400}, {64.0, 4.0, 1e9, 1.5});
   EXPECT_EQ(plan.layer_ends, (std::vector<std::uint8_t>{2, 4, 6}));
   EXPECT_EQ(plan.slab_ends, (std::vector<std::uint8_t>{1, 2, 3}));
 }
 
 TEST(LayerPlan, AShortLastSlabJoinsTheOneBefore) {
-  const LayerPlan plan = plan_layers(std::vector<std::uint32_t>{100, 200, 400, 600}, {64, 4.0, 1e9});
+  const LayerPlan plan = plan_layers(std::vector<std::uint32_t>{100, 200, 400, 600}, {64.0, 4.0, 1e9, 1.5});
   EXPECT_EQ(plan.slab_ends.size(), 1U);
   EXPECT_EQ(plan.layer_ends, (std::vector<std::uint8_t>{3}));
 }
 
 TEST(LayerPlan, EverySegmentIsWorthItsFraming) {
   const auto vertices = growing(128, 1.3, 24);
-  const LayerPlanOptions options{64, 3.5, 50.0};
+  const Granularity options{64.0, 3.5, 50.0, 1.5};
   const LayerPlan plan = plan_layers(vertices, options);
   std::size_t layer = 0;
   std::uint32_t slab_begin = 0;
@@ -74,6 +75,31 @@ TEST(LayerPlan, EverySegmentIsWorthItsFraming) {
       begin = end;
     }
     slab_begin = begin;
+  }
+}
+
+TEST(DefaultGranularity, CutsLargeModelsFinelyAndSmallOnesCoarsely) {
+  const auto expect = [](std::uint32_t vertices, const Granularity& expected) {
+    const Granularity found = default_granularity(vertices);
+    EXPECT_DOUBLE_EQ(found.cell_vertices, expected.cell_vertices) << vertices;
+    EXPECT_DOUBLE_EQ(found.slab_growth, expected.slab_growth) << vertices;
+    EXPECT_DOUBLE_EQ(found.segment_splits, expected.segment_splits) << vertices;
+    EXPECT_DOUBLE_EQ(found.edges_per_vertex, expected.edges_per_vertex) << vertices;
+  };
+  for (const std::uint32_t small : {3U, 1000U, 50'000U}) expect(small, {48.0, 4.0, 16.0, 1.5});
+  for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U}) expect(large, {2.5, 16.0, 3.0, 2.0});
+}
+
+TEST(DefaultGranularity, ChangesSteadilyInBetween) {
+  Granularity before = default_granularity(50'000);
+  for (std::uint32_t vertices = 60'000; vertices <= 400'000; vertices += 10'000) {
+    const Granularity now = default_granularity(vertices);
+    EXPECT_LT(now.cell_vertices, before.cell_vertices) << vertices;
+    EXPECT_GT(now.slab_growth, before.slab_growth) << vertices;
+    EXPECT_LT(now.segment_splits, before.segment_splits) << vertices;
+    EXPECT_GT(now.edges_per_vertex, before.edges_per_vertex) << vertices;
+    EXPECT_LT(before.cell_vertices / now.cell_vertices, 1.5) << "no leap at " << vertices;
+    before = now;
   }
 }
 

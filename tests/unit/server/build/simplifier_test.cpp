@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "common/coding/fan_vertex.h"
 #include "common/mesh/manifold_check.h"
 #include "tests/support/asset_helpers.h"
 #include "tests/support/mesh_generators.h"
@@ -112,6 +113,16 @@ TEST(Simplifier, AMeshAtItsTargetIsLeftAlone) {
   EXPECT_TRUE(history.merges.empty());
   EXPECT_EQ(history.generation_count(), 0U);
   EXPECT_EQ(history.base_vertices, mesh.positions.size());
+}
+
+// However few merges a generation makes: the last sixteen take all that they can get.
+TEST(Simplifier, NoMoreGenerationsThanTheFormatAllows) {
+  SimplifyOptions options = down_to(40);
+  options.edges_per_vertex = 0.12;
+  const MergeHistory history = simplify(testing::make_torus(160, 120), options);
+  EXPECT_LE(history.generation_count(), kMostGenerations);
+  EXPECT_GT(history.generation_count(), kMostGenerations - 16);
+  EXPECT_EQ(history.base_vertices, 40U);
 }
 
 TEST(Simplifier, MergesOfCoarserGenerationsCostMore) {

@@ -168,7 +168,7 @@ TEST_F(ServerCommandsTest, BadAssets) {
     expect_error({command, folder.write("version.fan", other_version)}, 6, {"version.fan", "version 9"});
     std::string flipped = asset;
     flipped[flipped.size() - 1] = static_cast<char>(flipped.back() ^ 4);
-    expect_error({command, folder.write("flipped.fan", flipped)}, 5, {"flipped.fan", "damaged in cell"});
+    expect_error({command, folder.write("flipped.fan", flipped)}, 5, {"flipped.fan", "damaged in bytes 48 to "});
   }
 }
 

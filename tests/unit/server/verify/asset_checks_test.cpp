@@ -59,12 +59,12 @@ TEST_F(AssetChecksTest, ForgingWithoutChangesChangesNothing) {
             asset->digest());
 }
 
-TEST_F(AssetChecksTest, DamagedSegmentBehindAFittingDigestIsFoundByItsChecksum) {
+TEST_F(AssetChecksTest, DamagedSegmentBehindFittingChecksumsIsFoundByRefining) {
   std::vector<std::byte> segments = segments_of(*asset);
   segments.back() ^= std::byte{1};
   const auto damaged = forged(*asset, *asset->asset_head(), *asset->asset_index(), segments);
   const std::string failure = first_failure(*damaged);
-  EXPECT_TRUE(failure.starts_with("checksums: forged: cell ")) << failure;
+  EXPECT_TRUE(failure.starts_with("refinement: forged: cell ")) << failure;
 }
 
 TEST_F(AssetChecksTest, WrongCountsAreFoundByRefining) {
