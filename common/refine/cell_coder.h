@@ -90,12 +90,17 @@ inline VertexId find_lagging(const FanState& state, std::uint32_t generation, co
   return lagging;
 }
 
-// Both, where it is known that nothing lags: all cells have gone through the generations in step.
-inline void find_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation,
-                       CellCoding& coding) {
+// All of that: kOutside if none of the roots lags, which is so where all cells go through the generations in step.
+inline VertexId find_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation,
+                           CellCoding& coding) {
   const std::size_t first = coding.root_count;
   add_roots(state, vertices, generation, coding);
   go_around_roots(state, coding, first);
+  VertexId lagging = kOutside;
+  for (std::size_t i = first; i < coding.root_count && lagging == kOutside; ++i) {
+    lagging = find_lagging(state, generation, coding.roots[i]);
+  }
+  return lagging;
 }
 
 namespace detail {
