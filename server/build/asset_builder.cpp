@@ -51,7 +51,7 @@ class Builder {
     const Granularity usual = default_granularity(static_cast<std::uint32_t>(mesh.positions.size()));
     return {options.cell_vertices.value_or(usual.cell_vertices), options.slab_growth.value_or(usual.slab_growth),
             options.segment_splits.value_or(usual.segment_splits),
-            options.edges_per_vertex.value_or(usual.edges_per_vertex)};
+            options.edges_per_vertex.value_or(usual.edges_per_vertex), options.evenness.value_or(usual.evenness)};
   }
 
   void report(std::string_view stage, double fraction) const {
@@ -85,6 +85,7 @@ class Builder {
     SimplifyOptions simplify_options;
     simplify_options.base_vertices = options_.base_vertices.value_or(default_base_vertices());
     simplify_options.edges_per_vertex = granularity_.edges_per_vertex;
+    simplify_options.evenness = granularity_.evenness;
     simplify_options.progress = [this](double fraction) { report("simplify", fraction); };
     return simplify(mesh_, simplify_options);
   }

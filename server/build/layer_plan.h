@@ -14,10 +14,12 @@ struct Granularity {
   double slab_growth = 4.0;
   double segment_splits = 16.0;    // generations are joined into a layer until a cell's segment has so many
   double edges_per_vertex = 1.5;  // SimplifyOptions::edges_per_vertex
+  double evenness = 0.0;          // SimplifyOptions::evenness
 };
 
-// A view shows all of a small model, but a small part of a large one: what it needs beyond that part, because it depends
-// on it, weighs more then than the bytes of tables. Measured in tests/bench/RESULTS.md.
+// A view shows all of a small model, but a small part of a large one, or all of it coarsely: what it needs beyond that, be
+// it because something depends on it or because a cell has one place that is further off than the rest, weighs more then
+// than the bytes of tables. Measured in tests/bench/RESULTS.md.
 Granularity default_granularity(std::uint32_t vertex_count);
 
 struct LayerPlan {

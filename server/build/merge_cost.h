@@ -28,7 +28,9 @@ class MergeCost {
 };
 
 // Quadric error metrics (Garland and Heckbert 1997): area-weighted planes of all faces that each vertex stands for, and
-// planes upright on boundary edges, so that borders keep their course. `rings` is the mesh's own.
-std::unique_ptr<MergeCost> make_quadric_cost(const TriangleMesh& mesh, const RingMesh& rings);
+// planes upright on boundary edges, so that borders keep their course. `rings` is the mesh's own. The cost is that sum of
+// squared distances over area, times its mean to the power of `evenness`: 0 makes the sum over the whole mesh small, more
+// of it makes small the distances that are largest.
+std::unique_ptr<MergeCost> make_quadric_cost(const TriangleMesh& mesh, const RingMesh& rings, double evenness = 0.0);
 
 }  // namespace fanstream

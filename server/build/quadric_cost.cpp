@@ -46,7 +46,8 @@ struct Quadric {
 
 class QuadricCost final : public MergeCost {
  public:
-  QuadricCost(const TriangleMesh& mesh, const RingMesh& rings) : quadrics_(mesh.positions.size()) {
+  QuadricCost(const TriangleMesh& mesh, const RingMesh& rings, double evenness)
+      : quadrics_(mesh.positions.size()), evenness_(evenness) {
     const Bounds box = bounds_of(mesh.positions);
     origin_ = 0.5 * (box.low + box.high);
     add_faces(mesh);
@@ -65,7 +66,8 @@ class QuadricCost final : public MergeCost {
     const double at_middle = std::fabs(sum.at(0.5 * (a + b)));
     if (at_middle < kMiddleGain * best.cost) best = {at_middle, ParentPosition::middle};
     const glm::dvec3 edge = b - a;
-    best.cost += kEdgeShare * (sum.xx + sum.yy + sum.zz) * glm::dot(edge, edge);
+    const double area = sum.xx + sum.yy + sum.zz;
+    best.cost = evened(best.cost, area) + evened(kEdgeShare * glm::dot(edge, edge) * area, area);
     return best;
   }
 
@@ -80,6 +82,11 @@ class QuadricCost final : public MergeCost {
   void merged(VertexId root, VertexId removed) override { quadrics_[root].add(quadrics_[removed]); }
 
  private:
+  // Times the mean square distance to the power of evenness.
+  double evened(double sum, double area) const {
+    return evenness_ > 0.0 && area > 0.0 ? sum * std::pow(sum / area, evenness_) : sum;
+  }
+
   void add_faces(const TriangleMesh& mesh) {
     for (const Triangle& t : mesh.triangles) {
       const glm::dvec3 p = mesh.positions[t[0]] - origin_;
@@ -117,12 +124,13 @@ class QuadricCost final : public MergeCost {
 
   std::vector<Quadric> quadrics_;
   glm::dvec3 origin_{0.0};
+  double evenness_;
 };
 
 }  // namespace
 
-std::unique_ptr<MergeCost> make_quadric_cost(const TriangleMesh& mesh, const RingMesh& rings) {
-  return std::make_unique<QuadricCost>(mesh, rings);
+std::unique_ptr<MergeCost> make_quadric_cost(const TriangleMesh& mesh, const RingMesh& rings, double evenness) {
+  return std::make_unique<QuadricCost>(mesh, rings, evenness);
 }
 
 }  // namespace fanstream

@@ -19,7 +19,7 @@ class Simplifier {
       : options_(options),
         places_(mesh.positions),
         rings_(RingMesh::from_triangles(mesh.positions.size(), mesh.triangles)),
-        cost_(make_quadric_cost(mesh, rings_)),
+        cost_(make_quadric_cost(mesh, rings_, options.evenness)),
         marks_(mesh.positions.size()),
         patch_splits_(mesh.positions.size(), 0),
         alive_(static_cast<std::uint32_t>(mesh.positions.size())) {

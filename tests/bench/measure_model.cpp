@@ -199,8 +199,9 @@ class Measurement {
     tell("levels");
     SimplifyOptions simplify_options;
     simplify_options.base_vertices = figures_.build.base_vertices;
-    simplify_options.edges_per_vertex = build_options_.edges_per_vertex.value_or(
-        default_granularity(static_cast<std::uint32_t>(mesh_.positions.size())).edges_per_vertex);
+    const Granularity usual = default_granularity(static_cast<std::uint32_t>(mesh_.positions.size()));
+    simplify_options.edges_per_vertex = build_options_.edges_per_vertex.value_or(usual.edges_per_vertex);
+    simplify_options.evenness = build_options_.evenness.value_or(usual.evenness);
     const MergeHistory history = simplify(mesh_, simplify_options);
     if (history.base_vertices != figures_.build.base_vertices ||
         history.generation_count() != figures_.build.generations) {
