@@ -34,7 +34,6 @@ void ClientSession::list() {
 }
 
 Result<void> ClientSession::open(std::string model, std::optional<Have> have) {
-  assert(welcomed_);
   if (model.empty() || model.size() > kMaxNameBytes || !is_printable_utf8(model)) {
     return fail(ErrorKind::usage, "a model name is 1 to 255 bytes of printable UTF-8");
   }
@@ -42,6 +41,7 @@ Result<void> ClientSession::open(std::string model, std::optional<Have> have) {
   if (have) {
     if (Result<void> valid = check_runs(have->cells); !valid) return valid;
   }
+  if (!welcomed_) grant_up_to_window();
   encode(Open{model, have}, output_);
   opening_ = std::move(model);
   have_ = std::move(have);
@@ -238,7 +238,7 @@ std::optional<ClientEvent> ClientSession::handle_welcome(Bytes payload) {
   welcomed_ = true;
   reader_.restrict_to(std::nullopt);
   grant_up_to_window();
-  if (options_.adaptive_window) ping(last_received_ms_);  // nothing else is under way: it measures the bare link
+  if (options_.adaptive_window) ping(last_received_ms_);  // little else is under way: it measures the bare link
   return event::Welcomed{welcome->version};
 }
 

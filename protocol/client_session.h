@@ -87,9 +87,10 @@ class ClientSession {
  public:
   ClientSession(const ClientSessionOptions& options, TimeMs now_ms);
 
-  // Requests. Errors (usage, limit) mean that nothing was sent. Precondition of all: Welcomed has been seen.
+  // Requests. Errors (usage, limit) mean that nothing was sent. Precondition of list(): Welcomed has been seen.
   void list();
-  // One model per session. After Refused another may be opened.
+  // One model per session. After Refused another may be opened. May be called at once: then it goes out with the hello,
+  // a round trip earlier.
   Result<void> open(std::string model, std::optional<Have> have = {});
   // What the index says of segments, to be told as soon as the index is complete (or held, see Have): without it no
   // segment can be taken. Fails (bad_input) if it is not of the model that was opened. Precondition: index_complete().

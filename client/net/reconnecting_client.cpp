@@ -69,6 +69,7 @@ void ReconnectingClient::attempt() {
   attempt_until_ms_ = steady_now_ms() + options_.client.connect_timeout_ms;
   ++connections_;
   state_ = State::connecting;
+  if (const Result<void> sent = link_->session().open(address_.model, have()); !sent) return fail_for_good(sent.error());
   if (const Result<void> begun = link_->begin_connect(); !begun) lost(begun.error());
 }
 
@@ -160,8 +161,7 @@ void ReconnectingClient::take(ClientEvent& event) {
   ClientSession& session = link_->session();
   if (auto* failed = std::get_if<event::Failed>(&event)) return lost(link_->located(std::move(failed->error)));
   if (std::holds_alternative<event::Welcomed>(event)) {
-    state_ = State::opening;
-    if (const Result<void> sent = session.open(address_.model, have()); !sent) fail_for_good(sent.error());
+    state_ = State::opening;  // which was asked for along with the greeting
   } else if (auto* building = std::get_if<event::BuildingModel>(&event)) {
     events_.push_back(*building);
   } else if (const auto* opened = std::get_if<event::ModelOpened>(&event)) {

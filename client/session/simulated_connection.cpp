@@ -31,19 +31,12 @@ SimulatedConnection::SimulatedConnection(std::shared_ptr<const SegmentSource> so
 }
 
 void SimulatedConnection::open(std::string model, std::optional<Have> have) {
-  to_open_.emplace(std::move(model), std::move(have));
-  if (client_.welcomed()) open_now();
-}
-
-void SimulatedConnection::open_now() {
-  const Result<void> sent = client_.open(std::move(to_open_->first), std::move(to_open_->second));
-  to_open_.reset();
+  const Result<void> sent = client_.open(std::move(model), std::move(have));
   if (!sent) failure_ = sent.error();
 }
 
 Result<std::uint32_t> SimulatedConnection::set_wants(std::vector<CellRun> runs) {
   if (failure_) return tl::unexpected(*failure_);
-  if (!client_.welcomed() || to_open_) return fail(ErrorKind::usage, "no model is open yet to want anything of");
   std::vector<std::uint32_t> prefixes(source_->cell_count(), 0);
   for (const CellRun& run : runs) {
     const std::uint64_t end = std::min<std::uint64_t>(std::uint64_t{run.first_cell} + run.cell_count, prefixes.size());
@@ -144,8 +137,6 @@ void SimulatedConnection::take_client_events(const OnEvent& on_event) {
       if (!is_wanted(segment->cell, segment->segment)) stale_bytes_ += segment->bytes.size();
     } else if (const auto* failed = std::get_if<event::Failed>(&*event)) {
       failure_ = failed->error;
-    } else if (std::holds_alternative<event::Welcomed>(*event) && to_open_) {
-      open_now();
     }
     if (on_event) on_event(*event, now_us_);
     if (failure_) return;

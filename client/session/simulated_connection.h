@@ -42,7 +42,7 @@ class SimulatedConnection {
   SimulatedConnection(const SimulatedConnection&) = delete;
   SimulatedConnection& operator=(const SimulatedConnection&) = delete;
 
-  // Sent as soon as the server has welcomed the client. Call once. Fails as ClientSession::open, then from run_until.
+  // Sent along with the greeting. Call once. Fails as ClientSession::open, then from run_until.
   void open(std::string model, std::optional<Have> have = {});
   // As in ClientSession, at now_us(). Also between calls of run_until.
   Result<void> set_segment_table(std::shared_ptr<const SegmentTable> table) {
@@ -72,7 +72,6 @@ class SimulatedConnection {
   void serve();
   void send_from_server();
   void take_client_events(const OnEvent& on_event);
-  void open_now();
   bool is_wanted(std::uint32_t cell, std::uint32_t segment) const;
   TimeMs now_ms() const { return now_us_ / 1000; }
 
@@ -85,7 +84,6 @@ class SimulatedConnection {
   TimeUs now_us_ = 0;
   TimeUs connected_us_;
   TimeUs busy_step_us_;
-  std::optional<std::pair<std::string, std::optional<Have>>> to_open_;
   std::optional<Error> failure_;
   std::vector<std::uint32_t> wanted_prefix_;  // by cell, of the newest list
   std::vector<std::byte> scratch_, arrived_;
