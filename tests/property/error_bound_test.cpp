@@ -74,7 +74,7 @@ class AssetUnderTest {
     for (const Triangle& t : errors.mesh.triangles) {
       double error = 0.0;
       for (const VertexId v : t) {
-        if (!by_cell.empty()) error = std::max(error, by_cell[state.cells[v].cell]);
+        if (!by_cell.empty()) error = std::max(error, by_cell[state.cells[v]]);
         errors.mesh.positions[v] = head.grid.decode(state.vertices[v].place);
       }
       errors.by_triangle.push_back(error);

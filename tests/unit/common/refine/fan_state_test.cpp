@@ -180,8 +180,8 @@ TEST(FanState, ASplitChangesItsRootAndItsNewVertexAlone) {
     const auto base = static_cast<VertexId>(mesh.positions.size());
     for (VertexId added = base; added < base + kSplits; ++added) {
       const FanSplit split = random_split(state, random.below(added), random);
-      const std::vector<FanVertex> before = state.vertices;
-      const std::vector<std::uint32_t> cells = state.cells;
+      const PagedArray<FanVertex> before = state.vertices;
+      const PagedArray<std::uint32_t> cells = state.cells;
       apply(state, split, random_next(random), added, 2);
       for (VertexId v = 0; v < added; ++v) {
         ASSERT_EQ(state.cells[v], cells[v]);
