@@ -204,6 +204,10 @@ TEST(CellCoder, RootsAreTheVerticesOfTheGenerationInTheCellsOrder) {
   EXPECT_EQ(coding.roots[0].vertex, 2U);
   EXPECT_EQ(coding.roots[1].vertex, 20U);
   EXPECT_EQ(coding.roots[2].vertex, 60U);
+  ASSERT_EQ(find_roots(state, cell, 3, coding), kOutside);
+  ASSERT_EQ(coding.root_count, 6U) << "behind those of others";
+  EXPECT_EQ(coding.roots[3].vertex, 2U);
+  coding.root_count = 0;
   ASSERT_EQ(find_roots(state, cell, 1, coding), kOutside);
   EXPECT_EQ(coding.root_count, 0U);
 }
@@ -303,6 +307,7 @@ TEST(CellCoder, StreamsOfAnyBytesNeverSplitNeighboursInOneGeneration) {
         bool ready = false;
         for (const std::size_t tried : {first, 1 - first}) {
           c = tried;
+          coding.root_count = 0;
           ready = done[c] < kLast && find_roots(state, cells[c], done[c] + 1, coding) == kOutside;
           if (ready) break;
         }
