@@ -181,7 +181,7 @@ bool ProgressiveMesh::undo_generation(std::uint32_t cell_number, Work& work) {
 // Gives back the pages that have become empty as a whole. To both sides of what was undone it looks as far as a page
 // may reach.
 void ProgressiveMesh::give_back_pages() {
-  constexpr VertexId kReach = 512;
+  constexpr VertexId kReach = 1024;  // vertices in a page of the smallest elements, FanState::cells
   std::sort(emptied_.begin(), emptied_.end());
   const auto base = static_cast<VertexId>(head_->base.places.size());
   VertexId end = base;  // of what has been looked at

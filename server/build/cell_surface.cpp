@@ -27,8 +27,10 @@ void CellSurface::end_layer(std::uint32_t cell) {
 void CellSurface::finish(const std::vector<CellEntry>& cells) {
   for (std::size_t c = cells_.size(); c-- > 0;) {
     std::vector<float>& own = cells_[c].errors;
-    for (std::uint32_t child = 0; child < cells[c].child_count; ++child) {
-      own.back() = std::max(own.back(), cells_[cells[c].first_child + child].errors.front());
+    std::vector<std::uint32_t>& patches = cells_[c].patches;
+    for (std::uint32_t child = cells[c].first_child; child < cells[c].first_child + cells[c].child_count; ++child) {
+      own.back() = std::max(own.back(), cells_[child].errors.front());
+      patches.insert(patches.end(), cells_[child].patches.begin(), cells_[child].patches.end());
     }
     for (std::size_t s = own.size() - 1; s-- > 0;) own[s] = std::max(own[s], own[s + 1]);
   }

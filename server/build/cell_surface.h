@@ -18,7 +18,7 @@ class CellSurface {
 
   void add(std::uint32_t cell, std::uint32_t merge);  // a split of the cell in the layer at hand
   void end_layer(std::uint32_t cell);
-  // Then: nothing finer may be further off than what it refines.
+  // Then: nothing finer may be further off than what it refines, nor look where that does not.
   void finish(const std::vector<CellEntry>& cells);
 
   float error(std::uint32_t cell, std::uint32_t segment) const { return cells_[cell].errors[segment]; }
@@ -28,7 +28,7 @@ class CellSurface {
   struct Cell {
     std::vector<float> errors;           // of layers that ended
     float current = 0.0F;                // of the one at hand
-    std::vector<std::uint32_t> patches;  // numbers in surface_.patches
+    std::vector<std::uint32_t> patches;  // numbers in surface_.patches; with those of its children once it is finished
   };
   Cell& at(std::uint32_t cell);
 

@@ -18,9 +18,9 @@ namespace fanstream::bench {
 //   cells_started(first_cell, const std::vector<CellVertices>&, const FanState&)  at the start of each slab,
 //   before_split(cell, generation, root, const RingGeometry&)                     the ring as it is decoded against,
 //   after_split(cell, generation, root, added).
-// Returns the mesh at the end.
-template <class Observer>
-Result<FanState> replay_asset(const OpenAsset& asset, std::span<const std::uint32_t> last_generation,
+// Returns the mesh at the end. `asset` has asset_head(), asset_index() and segment() as OpenAsset.
+template <class Asset, class Observer>
+Result<FanState> replay_asset(const Asset& asset, std::span<const std::uint32_t> last_generation,
                               Observer& observer);
 
 namespace detail {
@@ -67,8 +67,8 @@ inline std::vector<CellVertices> start_cells(const AssetHead& head, const AssetI
 
 }  // namespace detail
 
-template <class Observer>
-Result<FanState> replay_asset(const OpenAsset& asset, std::span<const std::uint32_t> last_generation,
+template <class Asset, class Observer>
+Result<FanState> replay_asset(const Asset& asset, std::span<const std::uint32_t> last_generation,
                               Observer& observer) {
   const AssetHead& head = *asset.asset_head();
   const AssetIndex& index = *asset.asset_index();

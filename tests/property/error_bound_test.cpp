@@ -21,8 +21,22 @@ using testing::SeededRandom;
 // What the cell table says of a mesh that is refined as far as the held segments allow.
 struct StatedErrors {
   TriangleMesh mesh;
-  std::vector<double> by_triangle;  // the largest of its corners' cells
+  struct Corner {
+    double error = 0.0;
+    CodedCone cone;
+  };
+  std::vector<std::array<Corner, 3>> by_triangle;  // its corners' cells
   double largest = 0.0;
+
+  // How far a point of the full model with this normal may be from a triangle: cells speak for normals in their cones.
+  double allowed(std::size_t triangle, const glm::dvec3& normal) const {
+    double error = 0.0;
+    for (const Corner& c : by_triangle[triangle]) {
+      const bool holds = glm::dot(glm::dvec3(c.cone.axis()), normal) >= static_cast<double>(c.cone.cosine()) * glm::length(normal);
+      if (holds) error = std::max(error, c.error);
+    }
+    return error;
+  }
 };
 
 // The vertices that a cell has made in a mesh.
@@ -72,13 +86,15 @@ class AssetUnderTest {
     errors.mesh.triangles = state.fans.triangles();
     errors.mesh.positions.resize(state.vertices.size());
     for (const Triangle& t : errors.mesh.triangles) {
-      double error = 0.0;
-      for (const VertexId v : t) {
-        if (!by_cell.empty()) error = std::max(error, by_cell[state.cells[v].cell]);
-        errors.mesh.positions[v] = head.grid.decode(state.vertices[v].place);
+      std::array<StatedErrors::Corner, 3> corners;
+      for (std::size_t i = 0; i < 3; ++i) {
+        errors.mesh.positions[t[i]] = head.grid.decode(state.vertices[t[i]].place);
+        if (by_cell.empty()) continue;
+        const std::uint32_t cell = state.cells[t[i]];
+        corners[i] = {by_cell[cell], asset_.index->cells[cell].cone};
+        errors.largest = std::max(errors.largest, by_cell[cell]);
       }
-      errors.by_triangle.push_back(error);
-      errors.largest = std::max(errors.largest, error);
+      errors.by_triangle.push_back(corners);
     }
     return errors;
   }
@@ -108,16 +124,19 @@ double distance_to(const glm::dvec3& p, const TriangleMesh& mesh, const Triangle
                        closest_point_on_triangle(p, mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]));
 }
 
-// Each point of the full model has a triangle that is no farther away than the triangle's own cells say. Returns by how
+// Each point of the full model has a triangle that is no farther away than those of the triangle's own cells say whose
+// cones hold its normal. Returns by how
 // much the worst misses that, over all points of a pattern.
 double worst_miss(const TriangleMesh& full, const StatedErrors& errors, std::uint32_t per_edge) {
   double worst = 0.0;
   std::size_t hint = 0;
   for (const Triangle& t : full.triangles) {
+    const glm::dvec3 normal =
+        glm::cross(full.positions[t[1]] - full.positions[t[0]], full.positions[t[2]] - full.positions[t[0]]);
     for (const glm::dvec3& p : testing::points_of(full, t, per_edge)) {
-      double miss = distance_to(p, errors.mesh, errors.mesh.triangles[hint]) - errors.by_triangle[hint];
+      double miss = distance_to(p, errors.mesh, errors.mesh.triangles[hint]) - errors.allowed(hint, normal);
       for (std::size_t f = 0; f < errors.mesh.triangles.size() && miss > 0.0; ++f) {
-        const double here = distance_to(p, errors.mesh, errors.mesh.triangles[f]) - errors.by_triangle[f];
+        const double here = distance_to(p, errors.mesh, errors.mesh.triangles[f]) - errors.allowed(f, normal);
         if (here >= miss) continue;
         miss = here;
         hint = f;

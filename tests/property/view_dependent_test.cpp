@@ -8,6 +8,7 @@
 #include "common/mesh/mesh_hash.h"
 #include "server/import/mesh_cleaner.h"
 #include "server/import/mesh_import.h"
+#include "tests/support/closed_sets.h"
 #include "tests/support/exact_bytes.h"
 #include "tests/support/mesh_generators.h"
 #include "tests/support/progressive_checks.h"
@@ -18,6 +19,7 @@ namespace {
 
 using testing::bounds_hold;
 using testing::build_and_open;
+using testing::ClosedSets;
 using testing::ExactBytes;
 using testing::fully_refined;
 using testing::is_largest_mesh;
@@ -83,8 +85,9 @@ std::vector<CellTarget> random_targets(const ProgressiveMesh& mesh, SeededRandom
 // A mesh under random treatment, and what it should be.
 class Wanderer {
  public:
-  Wanderer(const OpenAsset& asset, std::uint64_t seed)
+  Wanderer(const OpenAsset& asset, const ClosedSets& closed_sets, std::uint64_t seed)
       : asset_(asset),
+        closed_sets_(closed_sets),
         random_(seed),
         mesh_(start_following(asset)),
         targets_(asset.index->cells.size(), ProgressiveMesh::kEverySegment) {
@@ -112,6 +115,7 @@ class Wanderer {
     ASSERT_TRUE(bounds_hold(*mesh_));
     std::string why;
     ASSERT_TRUE(is_manifold(*mesh_, &why)) << why;
+    expect_largest_closed_set();
     const auto straight = gone_straight(asset_, held_, targets_);
     ASSERT_TRUE(refined_image_of(*mesh_) == refined_image_of(*straight));
     ASSERT_EQ(mesh_->vertex_count(), straight->vertex_count());
@@ -173,7 +177,24 @@ class Wanderer {
     ASSERT_TRUE(refined) << refined.error().message;
   }
 
+  // Against what the splits were coded with, not what the mesh says of itself.
+  void expect_largest_closed_set() {
+    Targets prefixes(targets_.size(), 0);
+    for (std::uint32_t c = 0; c < prefixes.size(); ++c) {
+      const std::uint32_t most = std::min<std::uint32_t>(targets_[c], asset_.index->cells[c].segment_count);
+      while (prefixes[c] < most && (asset_.segment(c, prefixes[c]).empty() || held_.contains({c, prefixes[c]}))) {
+        ++prefixes[c];
+      }
+    }
+    const std::vector<std::uint32_t> expected = closed_sets_.largest(prefixes);
+    for (std::uint32_t c = 0; c < prefixes.size(); ++c) {
+      ASSERT_EQ(mesh_->applied_generation(c), expected[c]) << "cell " << c;
+    }
+    ASSERT_EQ(mesh_->vertex_count(), closed_sets_.vertex_count(expected));
+  }
+
   const OpenAsset& asset_;
+  const ClosedSets& closed_sets_;
   SeededRandom random_;
   std::unique_ptr<ProgressiveMesh> mesh_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> missing_;
@@ -186,9 +207,10 @@ void expect_any_route_gives_one_mesh(const OpenAsset& asset, std::uint64_t seeds
   if (asset.index->cells.empty()) return;
   const auto topology = topology_of(fully_refined(asset)->triangle_mesh());
   const auto base = refined_image_of(*start(asset));
+  const ClosedSets closed_sets(asset);
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Wanderer wanderer(asset, seed);
+    Wanderer wanderer(asset, closed_sets, seed);
     for (int step = 1; step <= steps; ++step) {
       SCOPED_TRACE("step " + std::to_string(step));
       wanderer.take_a_step();
@@ -257,13 +279,9 @@ TEST_P(ViewDependent, CellsThatChangeAreNamed) {
     std::sort(seen.neighbours.begin(), seen.neighbours.end());
     CellVertices vertices;  // bounds that no cache holds
     vertices.cell = c;
-    std::vector<std::pair<std::uint32_t, VertexId>> own;
     for (VertexId v = 0; v < mesh.head().vertex_count; ++v) {
-      const FanState::CellPlace place = mesh.state().cells[v];
-      if (mesh.state().fans.contains(v) && place.cell == c) own.emplace_back(place.index, v);
+      if (mesh.state().fans.contains(v) && mesh.state().cells[v] == c) vertices.initial.push_back(v);
     }
-    std::sort(own.begin(), own.end());
-    for (const auto& [index, v] : own) vertices.initial.push_back(v);
     BoundsScratch scratch;
     const CellBounds bounds = cell_bounds(mesh.state(), vertices, mesh.head().grid, scratch);
     seen.centre = bounds.centre;
@@ -275,7 +293,8 @@ TEST_P(ViewDependent, CellsThatChangeAreNamed) {
     EXPECT_EQ(bounds.cone_cosine, mesh.bounds(c).cone_cosine);
     return seen;
   };
-  Wanderer wanderer(asset(), 11);
+  const ClosedSets closed_sets(asset());
+  Wanderer wanderer(asset(), closed_sets, 11);
   std::vector<Seen> seen(cells);
   for (int step = 0; step < 25; ++step) {
     SCOPED_TRACE("step " + std::to_string(step));
@@ -334,15 +353,6 @@ const OpenAsset& terrain() {
   return built;
 }
 
-// The terrain with an index whose checksum fits other bytes for one segment, so that they reach the decoder.
-OpenAsset expecting(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes) {
-  OpenAsset other = terrain();
-  auto index = std::make_shared<AssetIndex>(*terrain().index);
-  index->segments[index->cells[cell].first_segment + segment].checksum = segment_checksum(bytes);
-  other.index = index;
-  return other;
-}
-
 // A damaged segment stops its cell, and what depends on it; all else goes on, and nothing is lost.
 TEST(ViewDependentDamage, CostsTheMeshNoMoreThanTheSegment) {
   ASSERT_TRUE(terrain().head);
@@ -357,7 +367,7 @@ TEST(ViewDependentDamage, CostsTheMeshNoMoreThanTheSegment) {
       SCOPED_TRACE("cell " + std::to_string(cell) + ", segment " + std::to_string(segment) + ", bit " +
                    std::to_string(bit));
       bytes.flip(bit);
-      const OpenAsset asset = expecting(cell, segment, bytes.view());
+      const OpenAsset& asset = terrain();
       const auto mesh = start_following(asset);
       mesh->set_all_targets(0);
       for (const auto& place : asset.segments()) {
@@ -413,17 +423,14 @@ TEST(ViewDependentDamage, ManySegmentsOfNoiseLeaveAMeshThatGoesBackToFM0) {
   for (std::uint64_t seed = 0; seed < 150; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SeededRandom random(seed);
-    OpenAsset asset = terrain();
-    auto index = std::make_shared<AssetIndex>(*terrain().index);
+    const OpenAsset& asset = terrain();
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::byte>> noise;
     for (const auto& place : asset.segments()) {
       if (!random.one_in(8)) continue;
       std::vector<std::byte>& bytes = noise[place];
       bytes.resize(terrain().segment(place.first, place.second).size());
       for (std::byte& b : bytes) b = static_cast<std::byte>(random.below(256));
-      index->segments[index->cells[place.first].first_segment + place.second].checksum = segment_checksum(bytes);
     }
-    asset.index = index;
     const auto mesh = start_following(asset);
     for (const auto& place : asset.segments()) {
       const auto found = noise.find(place);

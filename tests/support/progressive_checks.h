@@ -19,8 +19,8 @@ Topology topology_of(const TriangleMesh& mesh);
 // The live cells beside each live cell, by the edges of the mesh.
 std::vector<std::vector<std::uint32_t>> cells_beside(const ProgressiveMesh& mesh);
 
-// That no cell is finer than target and held segments allow, that every cell beside one of generation g has g - 1, that
-// no cell could take another generation, and that neighbours() are those of the edges. `damaged` cells may lack more.
+// That no cell is finer than target and held segments allow, that no cell could take another generation by the implicit
+// rule, and that neighbours() are those of the edges. `damaged` cells may lack more. Of a MeshMemory::live_part.
 ::testing::AssertionResult is_largest_mesh(const ProgressiveMesh& mesh, std::span<const std::uint32_t> damaged = {});
 
 // That the bounds of every live cell hold all its faces.
@@ -29,8 +29,8 @@ std::vector<std::vector<std::uint32_t>> cells_beside(const ProgressiveMesh& mesh
 // Everything that must be the same in meshes of the same segments and targets: StateImage, and which cell owns what.
 struct RefinedImage {
   StateImage state;
-  std::vector<std::array<std::uint32_t, 2>> cells;  // by vertex: cell and index in it
-  std::vector<std::uint32_t> generations;           // by cell
+  std::vector<std::uint32_t> cells;        // by vertex
+  std::vector<std::uint32_t> generations;  // by cell
   bool operator==(const RefinedImage&) const = default;
 };
 RefinedImage refined_image_of(const ProgressiveMesh& mesh);

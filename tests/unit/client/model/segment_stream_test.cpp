@@ -112,7 +112,7 @@ struct Viewer {
   std::string cache_off;
 };
 
-std::uint64_t segment_bytes() { return asset()->size_bytes() - asset()->head().size() - asset()->index().size(); }
+std::uint64_t segment_bytes() { return asset()->preamble().segment_bytes; }
 
 std::string write_asset(const TemporaryFolder& folder) {
   return folder.write("model.fan", {reinterpret_cast<const char*>(asset()->bytes().data()), asset()->bytes().size()})

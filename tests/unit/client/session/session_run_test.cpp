@@ -43,6 +43,7 @@ class WholeModelSession final : public ViewSession {
           if (std::holds_alternative<event::IndexComplete>(event)) {
             mesh_.set_index(asset_->asset_index());
             const std::vector<OrderedSegment> order = order_segments(mesh_.head(), mesh_.index());
+            EXPECT_TRUE(connection_.set_segment_table(segment_table(mesh_.index())));
             EXPECT_TRUE(connection_.set_wants(wants_for(order, order.size())));
           }
           if (const auto* segment = std::get_if<event::SegmentArrived>(&event)) {

@@ -27,12 +27,14 @@ const std::vector<CellRun> kAll{{0, 400, kAllSegments}};
 
 // Asks for everything as soon as it can; returns what came and when.
 using Log = std::vector<std::tuple<TimeUs, std::uint32_t, std::uint32_t>>;
-Log play(SimulatedConnection& connection, ReceivedModel& model, TimeUs until_us, TimeUs step_us) {
+Log play(SimulatedConnection& connection, const SyntheticSource& source, ReceivedModel& model, TimeUs until_us,
+         TimeUs step_us) {
   Log log;
   connection.open("model");
   for (TimeUs at_us = 0; at_us <= until_us; at_us += step_us) {
     const Result<void> ran = connection.run_until(at_us, [&](const ClientEvent& event, TimeUs now_us) {
       if (std::holds_alternative<event::ModelOpened>(event)) {
+        EXPECT_TRUE(connection.set_segment_table(source.table()));
         EXPECT_TRUE(connection.set_wants(kAll));
       }
       if (const auto* segment = std::get_if<event::SegmentArrived>(&event)) {
@@ -49,8 +51,8 @@ TEST(SimulatedConnection, BringsTheWholeAssetAsFastAsTheLinkAllows) {
   const auto source = std::make_shared<SyntheticSource>(large_shape());
   SimulatedConnection connection(source, over(10.0, 50.0));
   ReceivedModel model(*source);
-  const Log log = play(connection, model, 10'000'000, 40'000);
-  EXPECT_TRUE(model.complete());
+  const Log log = play(connection, *source, model, 10'000'000, 40'000);
+  ASSERT_TRUE(model.complete());
   EXPECT_EQ(connection.stale_bytes(), 0U);
   // A round trip each for connect, hello and open; then the bytes at the link's rate without a pause, but for the one
   // in which the client's wants come back.
@@ -66,7 +68,7 @@ TEST(SimulatedConnection, IsTheSameEveryTime) {
   for (Log& log : logs) {
     SimulatedConnection connection(source, over(25.0, 31.7));
     ReceivedModel model(*source);
-    log = play(connection, model, 3'000'000, 40'000);
+    log = play(connection, *source, model, 3'000'000, 40'000);
   }
   EXPECT_FALSE(logs[0].empty());
   EXPECT_EQ(logs[0], logs[1]);
@@ -76,8 +78,8 @@ TEST(SimulatedConnection, FastLinksAreNotStarvedByTheStep) {
   const auto source = std::make_shared<SyntheticSource>(large_shape());
   SimulatedConnection connection(source, over(1000.0, 2.0));
   ReceivedModel model(*source);
-  const Log log = play(connection, model, 1'000'000, 10'000);
-  EXPECT_TRUE(model.complete());
+  const Log log = play(connection, *source, model, 1'000'000, 10'000);
+  ASSERT_TRUE(model.complete());
   const double bytes_us = 8.0 * static_cast<double>(connection.received_bytes()) / 1000.0;
   EXPECT_LE(static_cast<double>(std::get<0>(log.back())), 1.3 * bytes_us + 10'000.0);
 }
@@ -92,6 +94,7 @@ TEST(SimulatedConnection, AChangeOfMindCostsWhatIsUnderWay) {
   std::uint64_t useful_bytes = 0;
   const auto on_event = [&](const ClientEvent& event, TimeUs now_us) {
     if (std::holds_alternative<event::ModelOpened>(event)) {
+      EXPECT_TRUE(connection.set_segment_table(source->table()));
       EXPECT_TRUE(connection.set_wants(first));
     }
     const auto* segment = std::get_if<event::SegmentArrived>(&event);

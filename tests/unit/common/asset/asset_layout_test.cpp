@@ -88,6 +88,11 @@ struct RandomTable {
         child += cell.child_count;
         of_next.insert(of_next.end(), cell.child_count, static_cast<std::uint32_t>(index.cells.size()));
         cell.split_count = random.one_in(5) ? 0 : random.below(random.one_in(9) ? 5000 : 90);
+        if (cell.split_count != 0 && !random.one_in(3)) {  // without splits there is nothing to look anywhere
+          cell.cone.width = static_cast<std::uint8_t>(1 + random.below(CodedCone::kWidest));
+          cell.cone.u = static_cast<std::uint8_t>(random.below(CodedCone::kPlaces));
+          cell.cone.v = static_cast<std::uint8_t>(random.below(CodedCone::kPlaces));
+        }
         cell.first_vertex = head.vertex_count;
         head.vertex_count += cell.split_count;
         cell.first_segment = static_cast<std::uint32_t>(index.segments.size());
@@ -148,6 +153,7 @@ TEST(AssetIndex, ComesBackWhateverItHolds) {
       }
       ASSERT_EQ(found.first_vertex, expected.first_vertex);
       ASSERT_EQ(found.split_count, expected.split_count);
+      ASSERT_EQ(found.cone, expected.cone);
       ASSERT_EQ(found.first_segment, expected.first_segment);
       ASSERT_EQ(found.segment_count, expected.segment_count);
     }
@@ -186,6 +192,9 @@ TEST(AssetIndex, AnyBytesAreAnErrorOrATableThatAddsUp) {
     for (const CellEntry& cell : read->cells) {
       ASSERT_EQ(cell.first_vertex, vertices);
       vertices += cell.split_count;
+      ASSERT_LE(cell.cone.width, CodedCone::kWidest);
+      ASSERT_LT(cell.cone.u, CodedCone::kPlaces);
+      ASSERT_LT(cell.cone.v, CodedCone::kPlaces);
       ASSERT_LE(cell.first_segment + cell.segment_count, read->segments.size());
       if (cell.child_count != 0) {
         ASSERT_LE(cell.first_child + cell.child_count, read->cells.size());

@@ -85,7 +85,7 @@ TEST(CellBounds, HoldEveryFaceAndNotMuchMore) {
       for (std::size_t i = 0; i < 3; ++i) at[i] = mesh.grid.decode(mesh.state.vertices[t[i]].place);
       const glm::dvec3 cross = glm::cross(at[1] - at[0], at[2] - at[0]);
       for (const VertexId v : t) {
-        const std::uint32_t c = mesh.state.cells[v].cell;
+        const std::uint32_t c = mesh.state.cells[v];
         for (const glm::dvec3& p : at) farthest[c] = std::max(farthest[c], glm::length(p - bounds[c].centre));
         if (glm::length(cross) == 0.0) continue;
         widest[c] = std::min(widest[c], glm::dot(glm::normalize(cross), glm::dvec3(bounds[c].cone_axis)));

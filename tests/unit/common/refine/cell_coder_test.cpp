@@ -204,6 +204,10 @@ TEST(CellCoder, RootsAreTheVerticesOfTheGenerationInTheCellsOrder) {
   EXPECT_EQ(coding.roots[0].vertex, 2U);
   EXPECT_EQ(coding.roots[1].vertex, 20U);
   EXPECT_EQ(coding.roots[2].vertex, 60U);
+  ASSERT_EQ(find_roots(state, cell, 3, coding), kOutside);
+  ASSERT_EQ(coding.root_count, 6U) << "behind those of others";
+  EXPECT_EQ(coding.roots[3].vertex, 2U);
+  coding.root_count = 0;
   ASSERT_EQ(find_roots(state, cell, 1, coding), kOutside);
   EXPECT_EQ(coding.root_count, 0U);
 }
@@ -303,6 +307,7 @@ TEST(CellCoder, StreamsOfAnyBytesNeverSplitNeighboursInOneGeneration) {
         bool ready = false;
         for (const std::size_t tried : {first, 1 - first}) {
           c = tried;
+          coding.root_count = 0;
           ready = done[c] < kLast && find_roots(state, cells[c], done[c] + 1, coding) == kOutside;
           if (ready) break;
         }
@@ -334,37 +339,6 @@ TEST(CellCoder, StreamsOfAnyBytesNeverSplitNeighboursInOneGeneration) {
     }
   }
   EXPECT_GT(splits, 5000U);
-}
-
-// So that splits of one generation may be undone in any order, whatever the data.
-TEST(CellCoder, ANeighbourThatTheCellNextDoorHasSplitInTheGenerationIsRefused) {
-  struct EveryVertex {
-    std::uint32_t split_count(VertexId /*v*/) const { return 1; }
-    FanSplit split(const RingGeometry& /*ring*/, VertexId root) const { return {root, 0, 2, ParentPosition::kept, {}}; }
-    void made(const SplitUndo& /*undo*/, VertexId /*added*/) const {}
-  };
-  constexpr std::uint32_t kGeneration = 5;
-  const SplitModel model;
-  const PositionGrid points = grid();
-  const TriangleMesh mesh = testing::make_torus(9, 7);
-  SeededRandom random(2);
-  const FanState given = state_of(mesh, random);
-  std::vector<VertexId> near = given.fans.ring(0);
-  for (VertexId touched = 1; touched < mesh.positions.size(); ++touched) {
-    for (const std::uint32_t generation : {kGeneration - 1, kGeneration, kGeneration + 1}) {
-      FanState state = given;
-      CellVertices cell{7, {0}, static_cast<VertexId>(mesh.positions.size()), 0, kMostSplits};
-      state.set_cell(7, cell.initial);
-      state.vertices[touched].context.touched = static_cast<std::uint8_t>(generation);
-      CellCoding coding(model, points);
-      RansEncoder encoder;
-      EveryVertex source;
-      const bool beside = std::find(near.begin(), near.end(), touched) != near.end();
-      const Result<void> coded = code_generation(state, cell, kGeneration, encoder, source, coding);
-      ASSERT_EQ(coded.has_value(), !beside || generation != kGeneration) << "vertex " << touched;
-      ASSERT_EQ(cell.made, coded ? 1U : 0U);
-    }
-  }
 }
 
 }  // namespace

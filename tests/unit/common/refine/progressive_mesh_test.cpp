@@ -199,7 +199,7 @@ TEST(ProgressiveMesh, MemoryFollowsTheLivePart) {
   EXPECT_LT(mesh->memory_bytes(), full);
   mesh->set_all_targets(0);
   (void)mesh->move_to({});
-  EXPECT_LT(mesh->memory_bytes(), base + 65536) << "of " << full;
+  EXPECT_LT(mesh->memory_bytes(), base + 65536) << "of " << full << ", the state " << mesh->state().memory_bytes();
   EXPECT_GT(full, base + 1'000'000);
 }
 
