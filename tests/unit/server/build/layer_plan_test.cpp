@@ -85,9 +85,10 @@ TEST(DefaultGranularity, CutsLargeModelsFinelyAndSmallOnesCoarsely) {
     EXPECT_DOUBLE_EQ(found.slab_growth, expected.slab_growth) << vertices;
     EXPECT_DOUBLE_EQ(found.segment_splits, expected.segment_splits) << vertices;
     EXPECT_DOUBLE_EQ(found.edges_per_vertex, expected.edges_per_vertex) << vertices;
+    EXPECT_DOUBLE_EQ(found.evenness, expected.evenness) << vertices;
   };
-  for (const std::uint32_t small : {3U, 1000U, 50'000U}) expect(small, {48.0, 4.0, 16.0, 1.5});
-  for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U}) expect(large, {2.5, 16.0, 3.0, 2.0});
+  for (const std::uint32_t small : {3U, 1000U, 50'000U}) expect(small, {48.0, 4.0, 16.0, 1.5, 0.0});
+  for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U}) expect(large, {3.5, 11.0, 2.0, 2.5, 1.0});
 }
 
 TEST(DefaultGranularity, ChangesSteadilyInBetween) {
