@@ -69,9 +69,39 @@ std::string model_name(const std::string& source) {
   return slash == std::string::npos ? source : source.substr(slash + 1);
 }
 
+// What can be said of a model before it has come: its coarsest mesh tells where it lies.
+Result<OpenedSession> describe(const SessionSettings& settings) {
+  SegmentStreamOptions options;
+  options.network.client.stop = settings.stop;
+  Result<std::unique_ptr<SegmentStream>> stream = SegmentStream::open(settings.source, options);
+  if (!stream) return tl::unexpected(stream.error());
+  const auto bytes = (*stream)->head();
+  if (!bytes) return tl::unexpected(bytes.error());
+  const Result<AssetHead> head = read_head(*bytes, (*stream)->name());
+  if (!head) return tl::unexpected(head.error());
+  std::vector<glm::dvec3> places;
+  for (const GridPoint& place : head->base.places) places.push_back(head->grid.decode(place));
+  OpenedSession opened;
+  opened.model = (*stream)->model();
+  opened.digest = text_of((*stream)->digest());
+  opened.grid_step = head->grid.step();
+  opened.bounds = bounds_of(places);
+  return opened;
+}
+
+Result<OpenedSession> open_by_the_clock(const SessionSettings& settings) {
+  Result<OpenedSession> opened = describe(settings);
+  if (!opened) return opened;
+  Result<std::unique_ptr<SessionTransport>> transport = streamed_transport(settings);
+  if (!transport) return tl::unexpected(transport.error());
+  opened->session = live_session(std::move(*transport), settings);
+  return opened;
+}
+
 }  // namespace
 
 Result<OpenedSession> open_live_session(const SessionSettings& settings) {
+  if (!settings.whole_model && settings.real_time) return open_by_the_clock(settings);
   Result<std::shared_ptr<const AssetFile>> asset = whole_asset(settings);
   if (!asset) return tl::unexpected(asset.error());
   OpenedSession opened;
