@@ -94,10 +94,13 @@ TEST_F(SessionProgram, DrawsEveryFrame) {
 }
 
 TEST_F(SessionProgram, PlaysAPathFile) {
-  const std::string path = folder.write("path.json", R"({"keyframes": [
+  const std::string path = folder
+                               .write("path.json", R"({"keyframes": [
     {"time_s": 0, "eye": [0, 0, 4], "target": [0, 0, 0], "fov_deg": 40},
-    {"time_s": 3, "eye": [4, 0, 0], "target": [0, 0, 0]}]})").string();
-  const ProgramOutcome outcome = run({asset, "-o", out("f"), "--path", path, "--fps", "2", "--size", "64x48", "--no-pictures"});
+    {"time_s": 3, "eye": [4, 0, 0], "target": [0, 0, 0]}]})")
+                               .string();
+  const ProgramOutcome outcome =
+      run({asset, "-o", out("f"), "--path", path, "--fps", "2", "--size", "64x48", "--no-pictures"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.error;
   EXPECT_EQ(nlohmann::json::parse(contents(out("f") + "/session.json"))["frames"].size(), 7U);
 }
@@ -127,8 +130,7 @@ TEST_F(SessionProgram, BadPathFilesAreNamedWithThePlace) {
   };
   expect_failure(with("spiral"), ErrorKind::not_found, "orbit");
   expect_failure(with(folder.write("cut.json", "{\"fps\": 1,").string()), ErrorKind::bad_input, "cut.json");
-  expect_failure(with(folder.write("none.json", R"({"keyframes": []})").string()), ErrorKind::bad_input,
-                 "none.json");
+  expect_failure(with(folder.write("none.json", R"({"keyframes": []})").string()), ErrorKind::bad_input, "none.json");
   expect_failure(with(folder.write("other.json", "[]").string()), ErrorKind::bad_input, "other.json");
 }
 

@@ -131,9 +131,9 @@ TEST(ViewModel, TheStatedErrorFallsWhileWantsComeInTheirOrder) {
       const Plan& plan = model->plan(view, options);
       ASSERT_LE(plan.stated_error_px, 1.05 * stated) << "list " << list << ", cell " << want.cell;
       stated = plan.stated_error_px;
-      ASSERT_EQ(plan.memory_bytes, held_bytes(model->mesh()) +
-                                       static_cast<std::uint64_t>(std::llround(options.bytes_per_triangle *
-                                                                               static_cast<double>(plan.triangles))));
+      ASSERT_EQ(plan.memory_bytes,
+                held_bytes(model->mesh()) + static_cast<std::uint64_t>(std::llround(
+                                                options.bytes_per_triangle * static_cast<double>(plan.triangles))));
     }
     ASSERT_LE(stated, before) << "list " << list;
   }
