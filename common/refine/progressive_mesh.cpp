@@ -243,6 +243,19 @@ Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::
                                         ": its splits do not fill the segment");
 }
 
+// A vertex that nobody is left to split would keep those beside it waiting for good.
+Result<void> ProgressiveMesh::check_end(std::uint32_t cell_number) const {
+  const CellEntry& entry = index_->cells[cell_number];
+  if (entry.child_count != 0 || entry.slab + 1 == head_->slab_ends.size()) return {};
+  const CellVertices& vertices = cells_[cell_number].live->vertices;
+  for (std::uint32_t i = 0; i < vertices.count(); ++i) {
+    if (state_.vertices[vertices.at(i)].context.next == kNeverSplit) continue;
+    return fail(ErrorKind::bad_input, "cell " + std::to_string(cell_number) +
+                                          ": its vertices are to be split, but it has no cells to do it");
+  }
+  return {};
+}
+
 // Returns false, with the mesh as it was, if the generation cannot be decoded.
 bool ProgressiveMesh::apply_generation(std::uint32_t cell_number, std::size_t first_root, Work& work) {
   CellProgress& progress = cells_[cell_number];
@@ -251,11 +264,13 @@ bool ProgressiveMesh::apply_generation(std::uint32_t cell_number, std::size_t fi
   const std::uint32_t before = cell.vertices.made;
   const LiveCell::Generation undo{before, cell.decoder};
   Result<void> decoded = decode_generation(cell_number, generation, first_root);
+  if (decoded && generation == slab_end(index_->cells[cell_number].slab)) decoded = check_end(cell_number);
   const std::uint32_t made = cell.vertices.made - before;
   vertex_count_ += made;
   state_.note_use(cell.vertices.first_new + before, cell.vertices.first_new + cell.vertices.made);
   if (!decoded) {
     roll_back(cell_number, before, generation);
+    cell.decoder = undo.decoder_before;
     progress.damaged = static_cast<std::uint8_t>(generation);
     update_limit(cell_number);
     work.move.damage.push_back({cell_number, segment_of(cell_number, generation), decoded.error()});

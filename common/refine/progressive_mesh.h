@@ -148,6 +148,7 @@ class ProgressiveMesh {
   void take_back_neighbours(std::uint32_t parent);
   bool apply_generation(std::uint32_t cell, std::size_t first_root, Work& work);
   Result<void> decode_generation(std::uint32_t cell, std::uint32_t generation, std::size_t first_root);
+  Result<void> check_end(std::uint32_t cell) const;
   void complete_cell(std::uint32_t cell);
 
   void coarsen_excess(Work& work);

@@ -1,5 +1,5 @@
-// The error that a plan states bounds what can be measured on the picture: no point of the full model that faces the eye
-// inside the view is drawn further from its place than that, whatever has arrived so far.
+// The error that a plan states bounds what can be measured on the picture: no point of the full model that faces the
+// eye inside the view is drawn further from its place than that, whatever has arrived so far.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -94,8 +94,8 @@ class ModelUnderTest {
     full_ = testing::fully_refined(asset_)->triangle_mesh();
     bounds_ = bounds_of(full_.positions);
     for (const Triangle& t : full_.triangles) {
-      normals_.push_back(glm::cross(full_.positions[t[1]] - full_.positions[t[0]],
-                                    full_.positions[t[2]] - full_.positions[t[0]]));
+      normals_.push_back(
+          glm::cross(full_.positions[t[1]] - full_.positions[t[0]], full_.positions[t[2]] - full_.positions[t[0]]));
     }
   }
 
@@ -154,8 +154,8 @@ class ModelUnderTest {
       for (int sample = 0; sample < 3; ++sample) {
         const double u = sample == 0 ? 0.0 : std::sqrt(random_.unit());
         const double v = random_.unit();
-        const glm::dvec3 p = a + u * (1.0 - v) * (full_.positions[triangle[1]] - a) +
-                             u * v * (full_.positions[triangle[2]] - a);
+        const glm::dvec3 p =
+            a + u * (1.0 - v) * (full_.positions[triangle[1]] - a) + u * v * (full_.positions[triangle[2]] - a);
         if (glm::dot(normals_[t], view.camera.eye - p) <= 0.0 || !projection.is_drawn(p)) continue;
         const glm::dvec2 belongs = projection.pixel(p);
         if (!projection.is_inside(belongs)) continue;

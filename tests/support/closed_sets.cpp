@@ -32,7 +32,8 @@ struct ClosedSets::Recorder {
     std::vector<Step>& needs = cells[cell].needs[generation - cells[cell].begin - 1];
     const auto need = [&](VertexId v) {
       const Step step = latest[v];
-      if (step.generation == 0 || step.cell == cell || std::find(needs.begin(), needs.end(), step) != needs.end()) return;
+      if (step.generation == 0 || step.cell == cell || std::find(needs.begin(), needs.end(), step) != needs.end())
+        return;
       needs.push_back(step);
     };
     need(root);
@@ -67,7 +68,8 @@ std::vector<std::uint32_t> ClosedSets::largest(std::span<const std::uint32_t> pr
   std::vector<std::uint32_t> done(cells_.size());
   for (std::size_t c = 0; c < cells_.size(); ++c) {
     const CellEntry& entry = asset_.index->cells[c];
-    const std::uint32_t layer = head.layer_begin(entry.slab) + std::min<std::uint32_t>(prefixes[c], entry.segment_count);
+    const std::uint32_t layer =
+        head.layer_begin(entry.slab) + std::min<std::uint32_t>(prefixes[c], entry.segment_count);
     done[c] = layer == 0 ? 0 : head.layer_ends[layer - 1];
   }
   for (bool changed = true; changed;) {
@@ -80,8 +82,8 @@ std::vector<std::uint32_t> ClosedSets::largest(std::span<const std::uint32_t> pr
         most = 0;
       } else {
         const auto allowed = [&](const Step& step) { return done[step.cell] >= step.generation; };
-        while (most < done[c] && std::all_of(cell.needs[most - cell.begin].begin(), cell.needs[most - cell.begin].end(),
-                                             allowed)) {
+        while (most < done[c] &&
+               std::all_of(cell.needs[most - cell.begin].begin(), cell.needs[most - cell.begin].end(), allowed)) {
           ++most;
         }
       }

@@ -1,5 +1,5 @@
-// The implicit rule (CODING.md, section 9) from the other side: what each split was coded against, found out by decoding
-// everything in order, and from that what a mesh of some of the segments has to be.
+// The implicit rule (CODING.md, section 9) from the other side: what each split was coded against, found out by
+// decoding everything in order, and from that what a mesh of some of the segments has to be.
 #pragma once
 
 #include <cstdint>
@@ -29,10 +29,10 @@ class ClosedSets {
     bool operator==(const Step&) const = default;
   };
   struct Cell {
-    std::uint32_t begin = 0;                   // the last generation before its slab
-    std::uint32_t end = 0;                     // the last of it
-    std::vector<std::vector<Step>> needs;      // by generation of the slab, of other cells
-    std::vector<std::uint32_t> splits;         // by generation of the slab
+    std::uint32_t begin = 0;               // the last generation before its slab
+    std::uint32_t end = 0;                 // the last of it
+    std::vector<std::vector<Step>> needs;  // by generation of the slab, of other cells
+    std::vector<std::uint32_t> splits;     // by generation of the slab
   };
   struct Recorder;
 

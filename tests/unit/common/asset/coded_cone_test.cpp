@@ -24,7 +24,9 @@ glm::dvec3 random_direction(SeededRandom& random) {
   }
 }
 
-double angle(const glm::dvec3& a, const glm::dvec3& b) { return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)); }
+double angle(const glm::dvec3& a, const glm::dvec3& b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
 
 TEST(CodedCone, HasAnAxisOfLengthOneForAllPlacesAndEachOnce) {
   std::set<std::tuple<float, float, float>> axes;

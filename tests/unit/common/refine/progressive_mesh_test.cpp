@@ -182,6 +182,57 @@ TEST(ProgressiveMesh, SegmentsAreReleasedUnlessTheyAreApplied) {
   EXPECT_TRUE(mesh->is_complete());
 }
 
+// --- Cell tables that promise less than the vertices tell ---
+
+// Whatever is held and wanted, in one go: what is wrong is said, and by which cell.
+void expect_damage_in(const OpenAsset& forged, std::uint32_t cell) {
+  const auto mesh = waiting(forged);
+  mesh->set_all_targets(ProgressiveMesh::kEverySegment);
+  const MeshMove move = mesh->move_to({});
+  ASSERT_EQ(move.damage.size(), 1U);
+  EXPECT_EQ(move.damage[0].cell, cell);
+  EXPECT_NE(move.damage[0].error.message.find("cell " + std::to_string(cell) + ":"), std::string::npos)
+      << move.damage[0].error.message;
+  EXPECT_TRUE(move.finished);
+  EXPECT_FALSE(mesh->is_complete());
+  std::string why;
+  EXPECT_TRUE(testing::is_manifold(*mesh, &why)) << why;
+}
+
+TEST(ProgressiveMesh, ACellThatIsSaidToHaveNoSplitsButHasIsNamed) {
+  for (std::uint32_t c = 0; c < sphere().index->cells.size(); c += 7) {
+    SCOPED_TRACE(c);
+    const CellEntry& entry = sphere().index->cells[c];
+    if (entry.split_count == 0) continue;
+    auto index = std::make_shared<AssetIndex>(*sphere().index);
+    index->cells[c].split_count = 0;
+    for (std::uint32_t s = 0; s < entry.segment_count; ++s) index->segments[entry.first_segment + s].size_bytes = 0;
+    OpenAsset forged = sphere();
+    forged.index = index;
+    expect_damage_in(forged, c);
+  }
+}
+
+TEST(ProgressiveMesh, ACellWithoutChildrenWhoseVerticesAreStillToBeSplitIsNamed) {
+  std::size_t tried = 0;
+  for (std::uint32_t c = 0; c < sphere().index->cells.size(); ++c) {
+    SCOPED_TRACE(c);
+    const CellEntry& entry = sphere().index->cells[c];
+    std::uint32_t of_children = 0;
+    for (std::uint32_t i = 0; i < entry.child_count; ++i) {
+      of_children += sphere().index->cells[entry.first_child + i].split_count;
+    }
+    if (of_children == 0) continue;
+    auto index = std::make_shared<AssetIndex>(*sphere().index);
+    index->cells[c].child_count = 0;
+    OpenAsset forged = sphere();
+    forged.index = index;
+    expect_damage_in(forged, c);
+    ++tried;
+  }
+  EXPECT_GT(tried, 5U);
+}
+
 // The large arrays of a mesh that follows a view come and go with its vertices.
 TEST(ProgressiveMesh, MemoryFollowsTheLivePart) {
   const OpenAsset asset = build_and_open(testing::make_terrain(150, 140, 3), BuildOptions{});

@@ -63,7 +63,8 @@ struct Tree {
       PatchSurface patch;
       patch.error = 0.001F * static_cast<float>(random.below(1000));
       patch.normals.axis = glm::vec3(glm::normalize(about + spread * random_direction(random)));
-      patch.normals.cosine = random.one_in(40) && spread > 0.9 ? -1.0F : static_cast<float>(std::cos(0.3 * random.unit()));
+      patch.normals.cosine =
+          random.one_in(40) && spread > 0.9 ? -1.0F : static_cast<float>(std::cos(0.3 * random.unit()));
       surface.patches.push_back(patch);
       for (std::uint32_t m = 1 + random.below(3); m > 0; --m) surface.patch_of.push_back(p);
     }
