@@ -1,6 +1,8 @@
 #include "client/session/view_model.h"
 
+#include <algorithm>
 #include <glm/geometric.hpp>
+#include <tuple>
 
 #include "client/view/asset_cells.h"
 
@@ -59,6 +61,32 @@ void ViewModel::update_extent(std::uint32_t cell) {
   table_.set_extent(cell, extent);
 }
 
+// Of each other cell and step the largest.
+void ViewModel::update_supports(std::uint32_t cell) {
+  const AssetHead& head = mesh_.head();
+  const AssetIndex& index = mesh_.index();
+  const auto step_of = [&](std::uint32_t of_cell, std::uint32_t generation) {
+    const auto layer = std::lower_bound(head.layer_ends.begin(), head.layer_ends.end(), generation);
+    return static_cast<std::uint32_t>(layer - head.layer_ends.begin()) - head.layer_begin(index.cells[of_cell].slab) + 1;
+  };
+  mesh_.find_supports(cell, found_);
+  supports_.clear();
+  for (const ProgressiveMesh::Support& s : found_) {
+    std::uint32_t other = s.cell;
+    // The cell among its ancestors that took the generation.
+    while (index.cells[other].slab > 0 && head.first_generation(head.layer_begin(index.cells[other].slab)) > s.on) {
+      other = index.cells[other].parent;
+    }
+    if (other == cell || other == index.cells[cell].parent) continue;
+    supports_.push_back({step_of(cell, s.generation), other, step_of(other, s.on)});
+  }
+  const auto order = [](const Support& s) { return std::tuple(s.step, s.cell, s.on); };
+  std::sort(supports_.begin(), supports_.end(), [&](const Support& a, const Support& b) { return order(a) > order(b); });
+  const auto same = [](const Support& a, const Support& b) { return a.step == b.step && a.cell == b.cell; };
+  supports_.erase(std::unique(supports_.begin(), supports_.end(), same), supports_.end());
+  table_.set_supports(cell, supports_);
+}
+
 void ViewModel::update_table() {
   std::vector<std::uint32_t> blocking;
   for (const std::uint32_t c : mesh_.take_changed_cells()) {
@@ -66,7 +94,7 @@ void ViewModel::update_table() {
     table_.set_applied(c, mesh_.applied_prefix(c), mesh_.begun_prefix(c));
     if (!mesh_.is_live(c)) continue;
     update_extent(c);
-    // What has once held up a cell is kept: coarsening it would take the cell along.
+    update_supports(c);
     mesh_.find_blocking(c, blocking);
     if (blocking.empty()) continue;
     const auto peers = table_.peers(c);

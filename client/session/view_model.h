@@ -54,12 +54,15 @@ class ViewModel {
  private:
   void update_table();
   void update_extent(std::uint32_t cell);
+  void update_supports(std::uint32_t cell);
 
   ProgressiveMesh mesh_;
   CellTable table_;
   std::unique_ptr<Planner> planner_;
   const Plan* plan_ = nullptr;
   std::vector<std::uint8_t> targets_;  // those that the mesh has been told
+  std::vector<ProgressiveMesh::Support> found_;  // scratch
+  std::vector<Support> supports_;                // scratch
 };
 
 }  // namespace fanstream

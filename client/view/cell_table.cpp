@@ -73,6 +73,7 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
   table.extents_.resize(cells);
   table.extent_epoch_.resize(cells);
   table.links_.resize(cells);
+  table.supports_.resize(cells);
   table.epoch_ = 1;
   // What holds whatever the neighbours: the parent comes first.
   for (std::uint32_t c = 0; c < cells; ++c) {
@@ -158,6 +159,12 @@ void CellTable::set_extent(std::uint32_t cell, const CellExtent& extent) {
   assert(cell < cell_count());
   extents_[cell] = extent;
   extent_epoch_[cell] = ++epoch_;
+}
+
+void CellTable::set_supports(std::uint32_t cell, std::span<const Support> supports) {
+  assert(cell < cell_count());
+  supports_[cell].assign(supports.begin(), supports.end());
+  ++epoch_;
 }
 
 void CellTable::set_neighbours(std::uint32_t cell, std::span<const std::uint32_t> cells) {

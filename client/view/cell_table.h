@@ -24,6 +24,13 @@ struct CellSegment {
   std::uint32_t triangles = 0;  // that applying it adds: two a split, or an estimate before it is decoded
 };
 
+// That a cell's step has been applied on top of another cell's: coarsening that would take this one along.
+struct Support {
+  std::uint32_t step = 0;  // of the cell, from 1
+  std::uint32_t cell = 0;  // the other
+  std::uint32_t on = 0;    // its step
+};
+
 // Cells are numbered by slab, coarse to fine, within a slab by parent, as in the asset's index. A *step* is one segment
 // of one cell: step p (1 .. layer_count) of a cell takes it from prefix p-1 to p. Steps are stored by layer, then by
 // cell: step_index(cell, p). So every step lies behind all it depends on.
@@ -65,6 +72,9 @@ class CellTable {
   // The cells beside a live cell, of any slab, in any order. An empty list says nothing and changes nothing: lists of
   // cells that are no longer live, complete ones too, stay known. The relation should be symmetric.
   void set_neighbours(std::uint32_t cell, std::span<const std::uint32_t> cells);
+  // What the applied steps of a cell lie on, in place of what was said before: it is not coarsened for as long as the
+  // cell is to stay as it is.
+  void set_supports(std::uint32_t cell, std::span<const Support> supports);
 
   std::uint32_t cell_count() const { return static_cast<std::uint32_t>(parent_.size()); }
   std::uint32_t slab_count() const { return static_cast<std::uint32_t>(slabs_.size()); }
@@ -108,6 +118,8 @@ class CellTable {
   const CellExtent& extent(std::uint32_t cell) const { return extents_[cell]; }
   std::uint64_t extent_epoch(std::uint32_t cell) const { return extent_epoch_[cell]; }  // of the last change
   std::uint64_t epoch() const { return epoch_; }  // rises with every change of the state
+
+  std::span<const Support> supports(std::uint32_t cell) const { return supports_[cell]; }
 
   // What the known neighbours mean: the cells of the same slab beside a cell, and the cells of coarser slabs that must
   // be complete before step 1, its parent first (none in slab 0).
@@ -170,6 +182,7 @@ class CellTable {
   std::vector<std::uint64_t> extent_epoch_;
   std::uint64_t epoch_ = 0;
   std::vector<Links> links_;
+  std::vector<std::vector<Support>> supports_;
   std::vector<std::uint32_t> pool_;
   std::size_t pool_used_ = 0;
   std::vector<std::uint32_t> scratch_foundations_;

@@ -42,6 +42,19 @@ void raise_beside(const CellTable& table, std::uint32_t slab, const float* from,
   }
 }
 
+// What is applied keeps what it lies on.
+void raise_supports(const CellTable& table, std::uint32_t slab, std::uint32_t layer, std::vector<float>& thresholds) {
+  const std::uint32_t first = table.first_cell(slab);
+  const std::uint32_t row = table.first_step(slab) + layer * table.cells_of(slab);
+  for (std::uint32_t i = 0; i < table.cells_of(slab); ++i) {
+    const float threshold = thresholds[row + i];
+    if (!(threshold > 0.0F)) continue;
+    for (const Support& s : table.supports(first + i)) {
+      if (s.step == layer + 1) raise(thresholds[table.step_index(s.cell, s.on)], threshold);
+    }
+  }
+}
+
 void raise_foundations(const CellTable& table, std::uint32_t slab, std::vector<float>& thresholds) {
   const std::uint32_t first = table.first_cell(slab);
   for (std::uint32_t i = 0; i < table.cells_of(slab); ++i) {
@@ -82,6 +95,7 @@ void ThresholdPass::run(const CellTable& table, const CellScales& scales, float 
         before_.assign(row, row + count);
         raise_beside(table, slab, before_.data(), row);
       }
+      raise_supports(table, slab, layer, thresholds.begun);
       if (layer > 0) {
         for (std::uint32_t i = 0; i < count; ++i) raise((row - count)[i], row[i]);
         raise_beside(table, slab, row, row - count);

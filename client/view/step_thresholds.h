@@ -26,7 +26,7 @@ struct StepThresholds {
 };
 
 // A step's threshold becomes the largest weighted_px, before they are taken, of the step and of all steps that depend
-// on it by the table's rule, or 0 where that is at most `floor`. So for every t >= floor what is above t is a closed
+// on it by the table's rule or have been applied on top of it, or 0 where that is at most `floor`. So for every t >= floor what is above t is a closed
 // set, the smallest that has, as a whole, all steps that are above t by themselves.
 //
 // One pass from fine to coarse, linear in generations, cells and neighbours: a step is final when all finer ones are.

@@ -114,6 +114,15 @@ class ProgressiveMesh {
   // The cells that hold up the next segment of a live cell, as far as its vertices tell already: they own a neighbour
   // of a vertex that is split in one of the segment's generations, and have to split it before. In no order.
   void find_blocking(std::uint32_t cell, std::vector<std::uint32_t>& found) const;
+  // What splits of a live cell's own slab have been applied on top of: the latest generation of each other cell that a
+  // vertex beside one of the cell's was split or made in before the cell's own was. By cell that owns the other vertex
+  // now, which may be a descendant of the one that split it.
+  struct Support {
+    std::uint32_t generation = 0;  // of the cell's split
+    std::uint32_t cell = 0;
+    std::uint32_t on = 0;  // the generation before it
+  };
+  void find_supports(std::uint32_t cell, std::vector<Support>& found) const;
   // Of a live cell. Computed when it is asked for, and again only after the cell or a neighbour has changed.
   const CellBounds& bounds(std::uint32_t cell) const;
   // The cells of which live or not, prefixes, neighbours or bounds may have changed since the last call, each once, in
