@@ -1,0 +1,50 @@
+// A camera that sees a given share of a surface, and what the rest of the surface would have cost it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "client/view/criteria.h"
+#include "common/mesh/triangle_mesh.h"
+#include "tests/bench/open_asset.h"
+
+namespace fanstream::bench {
+
+// Of the surface by area: triangles of which the centre lies inside the picture and beyond the near plane, whether
+// something hides them or not.
+double share_in_picture(const TriangleMesh& mesh, const View& view);
+
+struct CloseView {
+  View view;
+  double share = 0.0;     // of the surface inside the picture, found
+  double distance = 0.0;  // from the eye to the vertex that it looks at
+};
+
+// From the eye of whole_view() towards the surface in the middle of its picture (the nearest vertex within 2 % of the
+// diagonal of the line of sight), as close as shows `share` of the surface, found by bisection of the distance down to
+// a thousandth of what it was; there more than `share` may be left, of what lies behind. Precondition: 0 < share < 1,
+// and the mesh has triangles.
+CloseView close_view(const TriangleMesh& mesh, double share);
+
+struct CloseUp {
+  CloseView view;
+  double tolerance_px = 0.0;
+  std::uint64_t in_picture_bytes = 0;  // until the stated error is at most the tolerance, with plain_criteria()
+  // The same camera and tolerance, each cell wanted by the error that it has at its own distance, in the picture or
+  // not, until nothing more is wanted: what faces the eye or may, and all of it.
+  std::uint64_t facing_bytes = 0;
+  std::uint64_t everything_bytes = 0;
+  // Segments whose cells' bounds, all of them as far away as what the camera looks at, are more than the tolerance:
+  // the whole surface refined evenly.
+  std::uint64_t even_bytes = 0;
+
+  double share_of(std::uint64_t bytes) const {
+    return static_cast<double>(in_picture_bytes) / static_cast<double>(bytes);
+  }
+};
+
+// Bytes are of segments. `full` is the asset's full model.
+Result<CloseUp> measure_close_up(const std::shared_ptr<const OpenAsset>& asset, const TriangleMesh& full, double share,
+                                 double tolerance_px);
+
+}  // namespace fanstream::bench
