@@ -65,7 +65,7 @@ std::uint64_t bytes_above(const OpenAsset& asset, double error) {
 
 }  // namespace
 
-double share_in_picture(const TriangleMesh& mesh, const View& view) {
+double share_in_picture(const TriangleMesh& mesh, const View& view, Counted counted) {
   const glm::dmat4 to_eye = view_matrix(view.camera);
   const double tan_y = tan_half_height(view);
   const double tan_x = tan_y * view.width_px / view.height_px;
@@ -75,8 +75,10 @@ double share_in_picture(const TriangleMesh& mesh, const View& view) {
     const glm::dvec3& a = mesh.positions[t[0]];
     const glm::dvec3& b = mesh.positions[t[1]];
     const glm::dvec3& c = mesh.positions[t[2]];
-    const double area = glm::length(glm::cross(b - a, c - a));
+    const glm::dvec3 normal = glm::cross(b - a, c - a);
+    const double area = glm::length(normal);
     all += area;
+    if (counted == Counted::facing && !(glm::dot(normal, view.camera.eye - a) > 0.0)) continue;
     const glm::dvec3 p(to_eye * glm::dvec4((a + b + c) / 3.0, 1.0));
     const double depth = -p.z;
     if (depth >= view.near_distance && std::abs(p.x) <= tan_x * depth && std::abs(p.y) <= tan_y * depth) seen += area;
@@ -95,8 +97,11 @@ CloseView close_view(const TriangleMesh& mesh, double share) {
     const double middle = 0.5 * (low + high);
     (share_in_picture(mesh, moved_to(whole, aim, middle, bounds)) < share ? low : high) = middle;
   }
-  CloseView result{moved_to(whole, aim, high, bounds), 0.0, high};
+  CloseView result;
+  result.view = moved_to(whole, aim, high, bounds);
+  result.distance = high;
   result.share = share_in_picture(mesh, result.view);
+  result.facing_share = share_in_picture(mesh, result.view, Counted::facing);
   return result;
 }
 
@@ -108,11 +113,10 @@ Result<CloseUp> measure_close_up(const std::shared_ptr<const OpenAsset>& asset, 
   PlanOptions options;
   options.criteria = plain_criteria();
   options.tolerance_px = tolerance_px;
+  options.speculate = false;  // there is no round trip to be saved, and what comes of it is not needed
   Result<std::uint64_t> bytes = bytes_wanted(asset, result.view.view, options, StopAt::stated_error);
   if (!bytes) return tl::unexpected(bytes.error());
   result.in_picture_bytes = *bytes;
-  // What may be wanted of cells yet to come is no need: leaving it out makes the shares larger.
-  options.speculate = false;
   options.criteria.use_frustum = false;
   bytes = bytes_wanted(asset, result.view.view, options, StopAt::nothing_wanted);
   if (!bytes) return tl::unexpected(bytes.error());

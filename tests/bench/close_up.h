@@ -10,14 +10,16 @@
 
 namespace fanstream::bench {
 
-// Of the surface by area: triangles of which the centre lies inside the picture and beyond the near plane, whether
-// something hides them or not.
-double share_in_picture(const TriangleMesh& mesh, const View& view);
+enum class Counted : std::uint8_t { all, facing };
+// Of the surface by area: triangles, all or those that face the eye, of which the centre lies inside the picture and
+// beyond the near plane, whether something hides them or not.
+double share_in_picture(const TriangleMesh& mesh, const View& view, Counted counted = Counted::all);
 
 struct CloseView {
   View view;
-  double share = 0.0;     // of the surface inside the picture, found
-  double distance = 0.0;  // from the eye to the vertex that it looks at
+  double share = 0.0;         // of the surface inside the picture, found
+  double facing_share = 0.0;  // of it what faces the eye; also of the whole surface
+  double distance = 0.0;      // from the eye to the vertex that it looks at
 };
 
 // From the eye of whole_view() towards the surface in the middle of its picture (the nearest vertex within 2 % of the

@@ -50,6 +50,7 @@ Section forced(const std::vector<ViewsFigures>& models) {
                {"disc10_splits_percent", "10 %: splits %", 2},
                {"disc10_bytes_percent", "bytes % ", 2},
                {"close_share_percent", "close-up: in picture %", 2},
+               {"close_facing_percent", "facing %", 2},
                {"close_bytes", "bytes", 0},
                {"facing_bytes", "all that faces", 0},
                {"facing_share", "share", 3},
@@ -61,9 +62,10 @@ Section forced(const std::vector<ViewsFigures>& models) {
     if (!m.close_up) continue;
     const CloseUp& c = *m.close_up;
     table.add_row({m.model, percent(m.disc1->splits), percent(m.disc1->bytes), percent(m.disc10->splits),
-                   percent(m.disc10->bytes), percent(c.view.share), whole(c.in_picture_bytes), whole(c.facing_bytes),
-                   c.share_of(c.facing_bytes), whole(c.everything_bytes), c.share_of(c.everything_bytes),
-                   whole(c.even_bytes), c.share_of(c.even_bytes)});
+                   percent(m.disc10->bytes), percent(c.view.share), percent(c.view.facing_share),
+                   whole(c.in_picture_bytes), whole(c.facing_bytes), c.share_of(c.facing_bytes),
+                   whole(c.everything_bytes), c.share_of(c.everything_bytes), whole(c.even_bytes),
+                   c.share_of(c.even_bytes)});
   }
   return {"forced_share",
           "Forced share: splits, and bytes of whole segments, that a disc of 1 % and of 10 % of the vertices needs in "
@@ -167,6 +169,7 @@ Section speed(const std::vector<ViewsFigures>& models) {
                {"small_plan_ms", "plan ms, 0.01 deg", 3},
                {"large_plan_ms", "10 deg", 3}});
   for (const ViewsFigures& m : models) {
+    if (!m.moves && !m.view_memory && !m.plan_time) continue;
     std::vector<Cell> row(14);
     row[0] = m.model;
     if (m.moves) {

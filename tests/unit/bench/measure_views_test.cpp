@@ -86,7 +86,9 @@ TEST(MeasureViews, WhatIsNotAskedForIsNotMeasured) {
   EXPECT_TRUE(f->plain.empty());
   EXPECT_FALSE(f->close_up || f->rates || f->moves || f->view_memory || f->plan_time);
   const auto json = nlohmann::json::parse(print_views({*f}, {}, ReportFormat::json));
-  EXPECT_FALSE(json.contains("view_bytes"));
+  for (const char* section : {"view_bytes", "forced_share", "rates", "layers", "speed"}) {
+    EXPECT_FALSE(json.contains(section)) << section;
+  }
   EXPECT_TRUE(json.contains("first_image"));
 }
 
