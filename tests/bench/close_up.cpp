@@ -86,16 +86,15 @@ double share_in_picture(const TriangleMesh& mesh, const View& view, Counted coun
   return all > 0.0 ? seen / all : 0.0;
 }
 
-CloseView close_view(const TriangleMesh& mesh, double share) {
+CloseView close_view(const TriangleMesh& mesh, double share, Counted counted) {
   const View whole = whole_view(mesh.positions);
   const Bounds bounds = bounds_of(mesh.positions);
   const glm::dvec3 aim = middle_of_picture(mesh, whole, 0.02 * bounds.diagonal());
   double high = glm::length(whole.camera.eye - aim);
   double low = 1e-3 * high;
-  while (share_in_picture(mesh, moved_to(whole, aim, high, bounds)) < share) high *= 2.0;
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (low + high);
-    (share_in_picture(mesh, moved_to(whole, aim, middle, bounds)) < share ? low : high) = middle;
+    (share_in_picture(mesh, moved_to(whole, aim, middle, bounds), counted) < share ? low : high) = middle;
   }
   CloseView result;
   result.view = moved_to(whole, aim, high, bounds);
@@ -106,9 +105,10 @@ CloseView close_view(const TriangleMesh& mesh, double share) {
 }
 
 Result<CloseUp> measure_close_up(const std::shared_ptr<const OpenAsset>& asset, const TriangleMesh& full, double share,
-                                 double tolerance_px) {
+                                 Counted counted, double tolerance_px) {
   CloseUp result;
-  result.view = close_view(full, share);
+  result.counted = counted;
+  result.view = close_view(full, share, counted);
   result.tolerance_px = tolerance_px;
   PlanOptions options;
   options.criteria = plain_criteria();

@@ -15,20 +15,23 @@ enum class Counted : std::uint8_t { all, facing };
 // beyond the near plane, whether something hides them or not.
 double share_in_picture(const TriangleMesh& mesh, const View& view, Counted counted = Counted::all);
 
+// Shares are of the whole surface.
 struct CloseView {
   View view;
-  double share = 0.0;         // of the surface inside the picture, found
-  double facing_share = 0.0;  // of it what faces the eye; also of the whole surface
+  double share = 0.0;         // inside the picture
+  double facing_share = 0.0;  // inside the picture and facing the eye
   double distance = 0.0;      // from the eye to the vertex that it looks at
 };
 
 // From the eye of whole_view() towards the surface in the middle of its picture (the nearest vertex within 2 % of the
 // diagonal of the line of sight), as close as shows `share` of the surface, found by bisection of the distance down to
-// a thousandth of what it was; there more than `share` may be left, of what lies behind. Precondition: 0 < share < 1,
-// and the mesh has triangles.
-CloseView close_view(const TriangleMesh& mesh, double share);
+// a thousandth of what it was. Where all is counted, more than `share` may be left there, of what lies behind; where
+// that alone is counted that faces the eye, it may be less from the start, and then the eye stays where it was.
+// Precondition: 0 < share < 1, and the mesh has triangles.
+CloseView close_view(const TriangleMesh& mesh, double share, Counted counted);
 
 struct CloseUp {
+  Counted counted = Counted::all;
   CloseView view;
   double tolerance_px = 0.0;
   std::uint64_t in_picture_bytes = 0;  // until the stated error is at most the tolerance, with plain_criteria()
@@ -47,6 +50,6 @@ struct CloseUp {
 
 // Bytes are of segments. `full` is the asset's full model.
 Result<CloseUp> measure_close_up(const std::shared_ptr<const OpenAsset>& asset, const TriangleMesh& full, double share,
-                                 double tolerance_px);
+                                 Counted counted, double tolerance_px);
 
 }  // namespace fanstream::bench

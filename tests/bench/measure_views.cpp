@@ -124,9 +124,11 @@ class Measurement {
     figures_.disc1 = forced_share(*dependencies, 0.01, options_.disc_seeds);
     figures_.disc10 = forced_share(*dependencies, 0.10, options_.disc_seeds);
     tell("close-up");
-    Result<CloseUp> close_up = measure_close_up(asset_, full_, kCloseUpShare, 1.0);
-    if (!close_up) return tl::unexpected(with_context(close_up.error(), "close-up"));
-    figures_.close_up = *close_up;
+    for (const Counted counted : {Counted::all, Counted::facing}) {
+      Result<CloseUp> close_up = measure_close_up(asset_, full_, kCloseUpShare, counted, 1.0);
+      if (!close_up) return tl::unexpected(with_context(close_up.error(), "close-up"));
+      figures_.close_ups.push_back(*close_up);
+    }
     return {};
   }
 

@@ -44,7 +44,7 @@ struct ViewsFigures {
   // By tolerance; with plain_criteria(), and with the client's defaults.
   std::vector<ViewBytes> plain, usual;
   std::optional<ForcedShare> disc1, disc10;  // 1 % and 10 % of the vertices
-  std::optional<CloseUp> close_up;
+  std::vector<CloseUp> close_ups;            // to a tenth of all the surface, and of what faces the eye
   std::optional<FirstImage> image;
   std::optional<RateCurve> rates;
   std::optional<MoveRates> moves;

@@ -48,34 +48,48 @@ Section forced(const std::vector<ViewsFigures>& models) {
                {"disc1_splits_percent", "1 %: splits %", 2},
                {"disc1_bytes_percent", "bytes %", 2},
                {"disc10_splits_percent", "10 %: splits %", 2},
-               {"disc10_bytes_percent", "bytes % ", 2},
-               {"close_share_percent", "close-up: in picture %", 2},
-               {"close_facing_percent", "facing %", 2},
-               {"close_bytes", "bytes", 0},
-               {"facing_bytes", "all that faces", 0},
-               {"facing_share", "share", 3},
-               {"everything_bytes", "everything", 0},
-               {"everything_share", "share ", 3},
-               {"even_bytes", "evenly", 0},
-               {"even_share", "share  ", 3}});
+               {"disc10_bytes_percent", "bytes % ", 2}});
   for (const ViewsFigures& m : models) {
-    if (!m.close_up) continue;
-    const CloseUp& c = *m.close_up;
+    if (!m.disc1) continue;
     table.add_row({m.model, percent(m.disc1->splits), percent(m.disc1->bytes), percent(m.disc10->splits),
-                   percent(m.disc10->bytes), percent(c.view.share), percent(c.view.facing_share),
-                   whole(c.in_picture_bytes), whole(c.facing_bytes), c.share_of(c.facing_bytes),
-                   whole(c.everything_bytes), c.share_of(c.everything_bytes), whole(c.even_bytes),
-                   c.share_of(c.even_bytes)});
+                   percent(m.disc10->bytes)});
   }
   return {"forced_share",
           "Forced share: splits, and bytes of whole segments, that a disc of 1 % and of 10 % of the vertices needs in "
-          "full (mean of random discs). Close-up: the eye goes towards the surface in the middle of the picture until "
-          "a tenth "
-          "of the surface by area, hidden or not, is in the picture; segment bytes to a stated 1 px there, beside what "
-          "the same camera and tolerance want without the frustum, each cell by the error that it has at its own "
-          "distance: what faces the eye or may, and everything; and beside the segments of bounds above 1 px if all of "
-          "the surface were at the distance of what the eye looks at (evenly)",
+          "full (mean of random discs)",
           std::move(table)};
+}
+
+std::string name_of(Counted counted) { return counted == Counted::all ? "in the picture" : "facing the eye"; }
+
+Section close_ups(const std::vector<ViewsFigures>& models) {
+  Table table({{"model", "", 0},
+               {"counted", "a tenth is", 0},
+               {"share_percent", "in picture %", 2},
+               {"facing_percent", "and facing %", 2},
+               {"distance", "distance", -3},
+               {"in_picture_bytes", "bytes", 0},
+               {"everything_bytes", "of everything", 0},
+               {"everything_share", "share", 3},
+               {"facing_bytes", "of all that faces", 0},
+               {"facing_share", "share ", 3},
+               {"even_bytes", "evenly", 0},
+               {"even_share", "share  ", 3}});
+  for (const ViewsFigures& m : models) {
+    for (const CloseUp& c : m.close_ups) {
+      table.add_row({m.model, name_of(c.counted), percent(c.view.share), percent(c.view.facing_share), c.view.distance,
+                     whole(c.in_picture_bytes), whole(c.everything_bytes), c.share_of(c.everything_bytes),
+                     whole(c.facing_bytes), c.share_of(c.facing_bytes), whole(c.even_bytes), c.share_of(c.even_bytes)});
+    }
+  }
+  return {
+      "close_ups",
+      "Close-ups: the eye goes towards the surface in the middle of the picture until a tenth of the whole surface "
+      "by area is in the picture (whatever hides it), or is in it and faces the eye; segment bytes to a stated 1 px "
+      "there, beside what the same camera and tolerance want without the frustum, each cell by the error that it "
+      "has at its own distance: of everything, and of all that faces the eye or may; and beside the segments of "
+      "bounds above 1 px if all of the surface were at the distance of what the eye looks at (evenly)",
+      std::move(table)};
 }
 
 Section first_image(const std::vector<ViewsFigures>& models) {
@@ -212,7 +226,6 @@ void view_limits(const ViewsFigures& m, Limits& limits) {
 }
 
 void forced_limits(const ViewsFigures& m, Limits& limits) {
-  if (!m.close_up) return;
   const auto row = [&](const std::string& figure, double value, double limit) {
     if (is_large(m)) {
       limits.at_most("2 " + figure, m.model, value, limit);
@@ -220,14 +233,15 @@ void forced_limits(const ViewsFigures& m, Limits& limits) {
       limits.measured("  " + figure, m.model, value);
     }
   };
-  row("disc of 1 %: splits %", 100.0 * m.disc1->splits, 4);
-  row("disc of 1 %: bytes %", 100.0 * m.disc1->bytes, 5);
-  row("disc of 10 %: splits %", 100.0 * m.disc10->splits, 16);
-  row("disc of 10 %: bytes %", 100.0 * m.disc10->bytes, 18);
-  row("close-up / everything without frustum", m.close_up->share_of(m.close_up->everything_bytes), 0.25);
-  limits.measured("  close-up / all that faces without frustum", m.model,
-                  m.close_up->share_of(m.close_up->facing_bytes));
-  limits.measured("  close-up / all evenly", m.model, m.close_up->share_of(m.close_up->even_bytes));
+  if (m.disc1) {
+    row("disc of 1 %: splits %", 100.0 * m.disc1->splits, 4);
+    row("disc of 1 %: bytes %", 100.0 * m.disc1->bytes, 5);
+    row("disc of 10 %: splits %", 100.0 * m.disc10->splits, 16);
+    row("disc of 10 %: bytes %", 100.0 * m.disc10->bytes, 18);
+  }
+  for (const CloseUp& c : m.close_ups) {
+    row(fmt::format("close-up, a tenth {}, / everything", name_of(c.counted)), c.share_of(c.everything_bytes), 0.25);
+  }
 }
 
 void image_limits(const ViewsFigures& m, Limits& limits) {
@@ -289,7 +303,7 @@ Section limits_of(const std::vector<ViewsFigures>& models) {
 std::vector<Section> views_sections(const std::vector<ViewsFigures>& models) {
   std::vector<Section> sections;
   if (models.empty()) return sections;
-  for (const auto make : {view_bytes, forced, first_image, rates, layers, speed, limits_of}) {
+  for (const auto make : {view_bytes, forced, close_ups, first_image, rates, layers, speed, limits_of}) {
     Section section = make(models);
     if (section.table.row_count() > 0) sections.push_back(std::move(section));
   }

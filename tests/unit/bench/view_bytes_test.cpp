@@ -130,7 +130,7 @@ TEST(ShareInPicture, OfASphereLessThanHalfFacesTheEye) {
 TEST(CloseView, ShowsTheShareAskedFor) {
   for (const TriangleMesh& mesh : {geometry_shapes::flat_square(100, 1.0), testing::make_terrain(90, 80, 4)}) {
     for (const double share : {0.02, 0.1}) {
-      const CloseView close = close_view(mesh, share);
+      const CloseView close = close_view(mesh, share, Counted::all);
       EXPECT_NEAR(close.share, share, 0.002);
       EXPECT_LE(close.facing_share, close.share);
       EXPECT_DOUBLE_EQ(close.share, share_in_picture(mesh, close.view));
@@ -139,9 +139,20 @@ TEST(CloseView, ShowsTheShareAskedFor) {
   }
 }
 
+TEST(CloseView, OfASphereWhatFacesTheEyeIsThatShare) {
+  const TriangleMesh sphere = geometry_shapes::octasphere(6, 3.0);
+  const CloseView close = close_view(sphere, 0.1, Counted::facing);
+  EXPECT_NEAR(close.facing_share, 0.1, 0.002);
+  EXPECT_GT(close.share, close.facing_share);  // the far side is in the picture too
+  // All of it faces away or is beyond the picture from the start: the eye stays where it was.
+  const CloseView far = close_view(sphere, 0.6, Counted::facing);
+  EXPECT_LT(far.facing_share, 0.5);
+  EXPECT_NEAR(glm::length(far.view.camera.eye - whole_view(sphere.positions).camera.eye), 0.0, 1e-6);
+}
+
 TEST(CloseUp, TakesLessThanWhatItsCameraDoesNotSee) {
   const Example example(testing::make_terrain(170, 150, 8));
-  const Result<CloseUp> close = measure_close_up(example.asset, example.full, 0.03, 8.0);
+  const Result<CloseUp> close = measure_close_up(example.asset, example.full, 0.03, Counted::all, 8.0);
   ASSERT_TRUE(close) << close.error().message;
   EXPECT_GT(close->in_picture_bytes, 0U);
   EXPECT_LT(close->in_picture_bytes, close->facing_bytes);
