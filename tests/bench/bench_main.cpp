@@ -1,9 +1,12 @@
-// fanstream-bench: sizes, shapes and speeds beside other programs' in one run; training; load.
+// fanstream-bench: sizes, shapes and speeds beside other programs' in one run; what views take; training; load.
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "server/import/mesh_cleaner.h"
 #include "server/import/mesh_import.h"
@@ -11,6 +14,7 @@
 #include "tests/bench/machine.h"
 #include "tests/bench/model_report.h"
 #include "tests/bench/train_statistics.h"
+#include "tests/bench/views_report.h"
 
 namespace {
 
@@ -35,6 +39,29 @@ Result<TriangleMesh> cleaned(const std::string& file) {
   TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
   if (mesh.triangles.empty()) return fail(ErrorKind::bad_input, file + ": no triangles left after cleaning");
   return mesh;
+}
+
+ReportFormat report_format(bool json, bool markdown) {
+  return json ? ReportFormat::json : markdown ? ReportFormat::markdown : ReportFormat::text;
+}
+
+// Goes on after a failure: the others are worth having all the same. Returns the exit code.
+template <class Figures, class Options, class Measure>
+int measure_each(const std::vector<std::string>& files, Options& options, Measure measure,
+                 std::vector<Figures>& figures) {
+  int code = 0;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    options.progress = [&](std::string_view stage) {
+      say(fmt::format("[{}/{}] {}: {}", i + 1, files.size(), files[i], stage));
+    };
+    Result<Figures> measured = measure(files[i], options);
+    if (measured) {
+      figures.push_back(std::move(*measured));
+    } else {
+      code = tell(measured.error());
+    }
+  }
+  return code;
 }
 
 struct ModelsCommand {
@@ -62,20 +89,56 @@ struct ModelsCommand {
     }
     const std::string machine = describe_machine();
     std::vector<ModelFigures> figures;
-    int code = 0;
-    for (std::size_t i = 0; i < files.size(); ++i) {
-      options.progress = [&](std::string_view stage) {
-        say(fmt::format("[{}/{}] {}: {}", i + 1, files.size(), files[i], stage));
-      };
-      Result<ModelFigures> measured = measure_model(files[i], options);
-      if (measured) {
-        figures.push_back(std::move(*measured));
-      } else {
-        code = tell(measured.error());  // the others are worth having all the same
+    const int code = measure_each<ModelFigures>(files, options, measure_model, figures);
+    fmt::print("{}", print_report(figures, {machine, command_line}, report_format(json, markdown)));
+    return code;
+  }
+};
+
+// In the order of ViewsPart.
+constexpr std::array<const char*, kAllViewsParts.size()> kViewsPartNames{"bytes", "forced", "link",   "rates",
+                                                                         "moves", "memory", "planner"};
+
+struct ViewsCommand {
+  std::vector<std::string> files, parts;
+  ViewsOptions options;
+  int position_bits = 0;
+  bool json = false, markdown = false, quick = false;
+
+  void add_to(CLI::App& app) {
+    CLI::App* command = app.add_subcommand("views", "Measures what views of models take, beside Draco");
+    command->add_option("file", files, "PLY, STL, OBJ, OFF, glTF or GLB files")->required();
+    command
+        ->add_option("--position-bits", position_bits, "Bits of the grid along the longest side (the builder's choice)")
+        ->check(CLI::Range(kLeastPositionBits, kMostPositionBits));
+    command->add_option("--parts", parts, "What to measure (everything)")
+        ->delimiter(',')
+        ->check(CLI::IsMember(std::set<std::string>(kViewsPartNames.begin(), kViewsPartNames.end())));
+    CLI::Option* as_json = command->add_flag("--json", json, "Print JSON");
+    command->add_flag("--markdown", markdown, "Print Markdown tables")->excludes(as_json);
+    command->add_flag("--quick", quick, "Fewer repetitions, discs and samples: for a look, not for a record");
+    command->footer(
+        "Example:\n  fanstream-bench views ../shared/data/armadillo_86k.ply --quick\n"
+        "  fanstream-bench views ../shared/data/stanford_bunny_zipper.ply --position-bits 12 --parts rates");
+  }
+
+  int run() {
+    if (position_bits != 0) options.position_bits = position_bits;
+    if (!parts.empty()) options.parts.clear();
+    for (std::size_t i = 0; i < kViewsPartNames.size(); ++i) {
+      if (std::find(parts.begin(), parts.end(), kViewsPartNames[i]) != parts.end()) {
+        options.parts.push_back(kAllViewsParts[i]);
       }
     }
-    const ReportFormat format = json ? ReportFormat::json : markdown ? ReportFormat::markdown : ReportFormat::text;
-    fmt::print("{}", print_report(figures, {machine, command_line}, format));
+    if (quick) {
+      options.repetitions = 1;
+      options.disc_seeds = 4;
+      options.face_samples = 30'000;
+    }
+    const std::string machine = describe_machine();
+    std::vector<ViewsFigures> figures;
+    const int code = measure_each<ViewsFigures>(files, options, measure_views, figures);
+    fmt::print("{}", print_views(figures, {machine, command_line}, report_format(json, markdown)));
     return code;
   }
 };
@@ -197,9 +260,11 @@ int main(int argc, char** argv) {
       "'fanstream-bench COMMAND --help' tells more. Exit codes: 0 measured, 2 usage, 3 no such file, 5 bad input or a "
       "result that is not exact, 7 limit, 8 network.");
   ModelsCommand models;
+  ViewsCommand views;
   TrainCommand train;
   LoadCommand load;
   models.add_to(app);
+  views.add_to(app);
   train.add_to(app);
   load.add_to(app);
   try {
@@ -209,5 +274,6 @@ int main(int argc, char** argv) {
     return code == 0 ? 0 : exit_code(ErrorKind::usage);
   }
   if (app.got_subcommand("models")) return models.run();
+  if (app.got_subcommand("views")) return views.run();
   return app.got_subcommand("train") ? train.run() : load.run();
 }

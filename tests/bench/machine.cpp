@@ -38,6 +38,11 @@ void reset_peak_memory() {
   std::ofstream("/proc/self/clear_refs") << "5";
 }
 
+std::uint64_t resident_bytes() {
+  const std::string kilobytes = value_of("/proc/self/status", "VmRSS:");
+  return kilobytes.empty() ? 0 : 1024 * std::strtoull(kilobytes.c_str(), nullptr, 10);
+}
+
 std::uint64_t peak_memory_bytes() {
   const std::string kilobytes = value_of("/proc/self/status", "VmHWM:");
   return kilobytes.empty() ? 0 : 1024 * std::strtoull(kilobytes.c_str(), nullptr, 10);

@@ -13,5 +13,7 @@ std::string describe_machine();
 void reset_peak_memory();
 // The peak since then, or since the process began: VmHWM of the whole process. 0 where there is no /proc.
 std::uint64_t peak_memory_bytes();
+// VmRSS: what the process has resident now. 0 where there is no /proc.
+std::uint64_t resident_bytes();
 
 }  // namespace fanstream::bench

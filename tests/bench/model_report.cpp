@@ -4,17 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 namespace fanstream::bench {
 
 namespace {
-
-template <class Integer>
-Cell whole(Integer value) {
-  return static_cast<std::int64_t>(value);
-}
-Cell percent(double share) { return 100.0 * share; }
 
 template <class Value>
 std::vector<double> each(const std::vector<ModelFigures>& models, Value value) {
@@ -160,26 +153,6 @@ double mean_ratio(const std::vector<ModelFigures>& models, double least_share, d
   return geometric_mean(ratios);
 }
 
-class Limits {
- public:
-  void at_most(const std::string& figure, const std::string& of, double value, double limit) {
-    add(figure, of, value, fmt::format("<= {}", limit), value <= limit);
-  }
-  void at_least(const std::string& figure, const std::string& of, double value, double limit) {
-    add(figure, of, value, fmt::format(">= {}", limit), value >= limit);
-  }
-  void measured(const std::string& figure, const std::string& of, double value) {
-    table_.add_row({figure, of, value, std::monostate{}, std::monostate{}});
-  }
-  Table take() { return std::move(table_); }
-
- private:
-  void add(const std::string& figure, const std::string& of, double value, const std::string& limit, bool holds) {
-    table_.add_row({figure, of, value, limit, std::string(holds ? "pass" : "FAIL")});
-  }
-  Table table_{{{"figure", "", 0}, {"of", "", 0}, {"measured", "", 3}, {"limit", "", 0}, {"verdict", "", 0}}};
-};
-
 template <class Value>
 const ModelFigures& greatest(const std::vector<ModelFigures>& models, Value value) {
   return *std::max_element(models.begin(), models.end(),
@@ -251,19 +224,7 @@ std::vector<Section> report_sections(const std::vector<ModelFigures>& models) {
 
 std::string print_report(const std::vector<ModelFigures>& models, const std::vector<std::string>& context,
                          ReportFormat format) {
-  const std::vector<Section> sections = report_sections(models);
-  if (format == ReportFormat::json) {
-    nlohmann::ordered_json json{{"context", context}};
-    for (const Section& s : sections) json[s.key] = nlohmann::ordered_json::parse(s.table.json());
-    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
-  }
-  const bool markdown = format == ReportFormat::markdown;
-  std::string out;
-  for (const std::string& line : context) out += markdown ? "- " + line + '\n' : line + '\n';
-  for (const Section& s : sections) {
-    out += markdown ? "\n### " + s.title + "\n\n" + s.table.markdown() : '\n' + s.title + "\n\n" + s.table.text();
-  }
-  return out;
+  return print_sections(report_sections(models), context, format);
 }
 
 }  // namespace fanstream::bench

@@ -17,6 +17,7 @@ class OpenAsset final : public SegmentSource {
   // Fails as read_preamble, read_head and read_index do, with errors that start with `name`.
   static Result<std::shared_ptr<const OpenAsset>> open(std::vector<std::byte> bytes, const std::string& name);
 
+  const AssetPreamble& preamble() const { return preamble_; }
   std::shared_ptr<const AssetHead> asset_head() const { return asset_head_; }
   std::shared_ptr<const AssetIndex> asset_index() const { return asset_index_; }
 
