@@ -97,6 +97,9 @@ Result<void> check_arguments(const Arguments& arguments) {
   if (arguments.real_time && (arguments.link_mbit || arguments.rtt_ms)) {
     return fail(ErrorKind::usage, "--real-time: runs over the network there is; --link-mbit and --rtt-ms simulate one");
   }
+  if (!arguments.cache.empty() && !arguments.real_time) {
+    return fail(ErrorKind::usage, "--cache: is for --real-time; a simulated link starts with nothing every time");
+  }
   std::error_code ignored;
   const std::filesystem::path folder = arguments.source.output;
   if (std::filesystem::exists(folder, ignored) && !std::filesystem::is_directory(folder, ignored)) {
@@ -240,7 +243,7 @@ void add_session_arguments(CLI::App& command, Arguments& arguments) {
   command.add_option("--triangles", arguments.triangles, "Budget: draw at most so many")->check(CLI::PositiveNumber);
   command.add_option("--memory-mib", arguments.memory_mib, "Budget: hold at most so much of the model")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 20U));
-  command.add_option("--cache", arguments.cache, "Folder to keep what came in for the next time");
+  command.add_option("--cache", arguments.cache, "With --real-time: folder to keep what came for the next");
   command.add_flag("--no-pictures", arguments.no_pictures, "Only tables and plots: faster");
 }
 

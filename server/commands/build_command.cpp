@@ -151,7 +151,7 @@ Command add_build_command(CLI::App& app) {
   build
       ->add_option(
           "--position-bits", arguments->position_bits,
-          "Bits of the grid along the model's longest side; default: an eighth of the mean edge, within 10..16")
+          "Bits of the grid along the model's longest side; default: steps of a 24th of the mean edge, within 10..16")
       ->check(CLI::Range(kLeastPositionBits, kMostPositionBits));
   build->add_flag("--json", arguments->json, "Print the report as JSON: an object, or for several inputs an array");
   build->footer(
