@@ -37,7 +37,8 @@ Result<std::vector<std::byte>> receive_file(SegmentStream& stream, const Session
     const auto* segment = std::get_if<event::SegmentArrived>(&**event);
     if (segment == nullptr) continue;
     const SegmentEntry& entry = index->segments[index->cells[segment->cell].first_segment + segment->segment];
-    std::copy(segment->bytes.begin(), segment->bytes.end(), sections.begin() + static_cast<std::ptrdiff_t>(entry.offset));
+    std::copy(segment->bytes.begin(), segment->bytes.end(),
+              sections.begin() + static_cast<std::ptrdiff_t>(entry.offset));
     received += segment->bytes.size();
     if (settings.progress) {
       settings.progress("receiving the whole model",
