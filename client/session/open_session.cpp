@@ -37,8 +37,7 @@ Result<std::vector<std::byte>> receive_file(SegmentStream& stream, const Session
     const auto* segment = std::get_if<event::SegmentArrived>(&**event);
     if (segment == nullptr) continue;
     const SegmentEntry& entry = index->segments[index->cells[segment->cell].first_segment + segment->segment];
-    std::copy(segment->bytes.begin(), segment->bytes.end(),
-              sections.begin() + static_cast<std::ptrdiff_t>(entry.offset));
+    std::copy(segment->bytes.begin(), segment->bytes.end(), sections.begin() + static_cast<std::ptrdiff_t>(entry.offset));
     received += segment->bytes.size();
     if (settings.progress) {
       settings.progress("receiving the whole model",
@@ -48,40 +47,19 @@ Result<std::vector<std::byte>> receive_file(SegmentStream& stream, const Session
   return assemble_file(*preamble, std::span(sections).subspan(kPreambleBytes));
 }
 
-Result<std::unique_ptr<SegmentStream>> open_stream(const SessionSettings& settings) {
+Result<std::shared_ptr<const AssetFile>> whole_asset(const SessionSettings& settings) {
+  std::error_code ignored;
+  if (std::filesystem::exists(settings.source, ignored)) return AssetFile::open(settings.source);
   SegmentStreamOptions options;
   options.network.client.stop = settings.stop;
   if (settings.progress) {
     options.on_building = [&settings](double done) { settings.progress("the server builds the model", done); };
   }
-  return SegmentStream::open(settings.source, options);
-}
-
-Result<std::shared_ptr<const AssetFile>> whole_asset(const SessionSettings& settings) {
-  std::error_code ignored;
-  if (std::filesystem::exists(settings.source, ignored)) return AssetFile::open(settings.source);
-  Result<std::unique_ptr<SegmentStream>> stream = open_stream(settings);
+  Result<std::unique_ptr<SegmentStream>> stream = SegmentStream::open(settings.source, options);
   if (!stream) return tl::unexpected(stream.error());
   Result<std::vector<std::byte>> bytes = receive_file(**stream, settings);
   if (!bytes) return tl::unexpected(bytes.error());
   return AssetFile::from_memory(std::move(*bytes), settings.source);
-}
-
-// What a head tells: the grid spans the model's box.
-Result<OpenedSession> opened_without_model(const SessionSettings& settings) {
-  Result<std::unique_ptr<SegmentStream>> stream = open_stream(settings);
-  if (!stream) return tl::unexpected(stream.error());
-  const auto bytes = (*stream)->head();
-  if (!bytes) return tl::unexpected(bytes.error());
-  const Result<AssetHead> head = read_head(*bytes, (*stream)->name());
-  if (!head) return tl::unexpected(head.error());
-  OpenedSession opened;
-  opened.model = (*stream)->model();
-  opened.digest = text_of((*stream)->digest());
-  opened.grid_step = head->grid.step();
-  const GridPoint last{head->grid.code_count(0) - 1, head->grid.code_count(1) - 1, head->grid.code_count(2) - 1};
-  opened.bounds = {head->grid.decode({0, 0, 0}), head->grid.decode(last)};
-  return opened;
 }
 
 std::string model_name(const std::string& source) {
@@ -94,14 +72,6 @@ std::string model_name(const std::string& source) {
 }  // namespace
 
 Result<OpenedSession> open_live_session(const SessionSettings& settings) {
-  if (settings.real_time && !settings.whole_model) {
-    Result<OpenedSession> opened = opened_without_model(settings);
-    if (!opened) return opened;
-    Result<std::unique_ptr<SessionTransport>> transport = streamed_transport(settings);
-    if (!transport) return tl::unexpected(transport.error());
-    opened->session = live_session(std::move(*transport), settings);
-    return opened;
-  }
   Result<std::shared_ptr<const AssetFile>> asset = whole_asset(settings);
   if (!asset) return tl::unexpected(asset.error());
   OpenedSession opened;
