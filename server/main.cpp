@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
       "  fanstream-server build bunny.ply -o bunny.fan\n"
       "  fanstream-server serve models/ --port 7370 --store store/\n\n"
       "fanstream-server COMMAND --help tells more.\n"
-      "Exit codes: 0 done, 2 usage, 3 not found, 4 reading or writing, 5 bad input, 6 unsupported, 7 limit,\n"
-      "8 network, 130 interrupted.");
+      "Exit codes: 0 done, 2 usage, 3 not found, 4 reading or writing, 5 bad input,\n"
+      "6 unsupported, 7 limit, 8 network, 130 interrupted.");
   const std::array<Command, 4> commands{add_build_command(app), add_inspect_command(app), add_verify_command(app),
                                         add_serve_command(app)};
   try {

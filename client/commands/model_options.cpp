@@ -61,6 +61,14 @@ Result<void> go_on() {
   return {};
 }
 
+CLI::Validator not_zero() {
+  return {[](const std::string& text) {
+            const bool zero = text.find_first_not_of('0') == std::string::npos;
+            return zero || text.front() == '-' ? std::string("must be at least 1") : std::string();
+          },
+          "POSITIVE"};
+}
+
 void add_source_arguments(CLI::App& command, SourceArguments& arguments, const std::string& output_help) {
   command.add_option("source", arguments.source, "HOST:PORT/MODEL, or an asset file")->required();
   command.add_option("-o,--output", arguments.output, output_help)->required();
@@ -70,9 +78,9 @@ void add_source_arguments(CLI::App& command, SourceArguments& arguments, const s
 void add_level_arguments(CLI::App& command, LevelArguments& arguments) {
   auto* vertices =
       command.add_option("--vertices", arguments.goal.vertices, "Stop at the level of at least so many vertices")
-          ->check(CLI::PositiveNumber);
+          ->check(not_zero());
   command.add_option("--bytes", arguments.goal.bytes, "Stop before more bytes than this are received")
-      ->check(CLI::PositiveNumber)
+      ->check(not_zero())
       ->excludes(vertices);
   command.add_flag("--keep-partial", arguments.keep_partial, "Write what came also if the transfer breaks off");
 }

@@ -26,6 +26,9 @@ struct SourceArguments {
   std::string output;
   bool json = false;
 };
+// For whole numbers above 0: CLI::PositiveNumber writes its limits out to 300 digits.
+CLI::Validator not_zero();
+
 void add_source_arguments(CLI::App& command, SourceArguments& arguments, const std::string& output_help);
 
 struct LevelArguments {

@@ -97,6 +97,9 @@ Result<void> check_arguments(const Arguments& arguments) {
   if (arguments.real_time && (arguments.link_mbit || arguments.rtt_ms)) {
     return fail(ErrorKind::usage, "--real-time: runs over the network there is; --link-mbit and --rtt-ms simulate one");
   }
+  if (!arguments.cache.empty() && !arguments.real_time) {
+    return fail(ErrorKind::usage, "--cache: is for --real-time; a simulated link starts with nothing every time");
+  }
   std::error_code ignored;
   const std::filesystem::path folder = arguments.source.output;
   if (std::filesystem::exists(folder, ignored) && !std::filesystem::is_directory(folder, ignored)) {
@@ -237,10 +240,10 @@ void add_session_arguments(CLI::App& command, Arguments& arguments) {
   command.add_option("--rtt-ms", arguments.rtt_ms, "Round trip of the simulated link [50]")
       ->check(CLI::Range(0.0, 1e4));
   command.add_flag("--real-time", arguments.real_time, "Play by the clock, over the network there is");
-  command.add_option("--triangles", arguments.triangles, "Budget: draw at most so many")->check(CLI::PositiveNumber);
+  command.add_option("--triangles", arguments.triangles, "Budget: draw at most so many")->check(not_zero());
   command.add_option("--memory-mib", arguments.memory_mib, "Budget: hold at most so much of the model")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 20U));
-  command.add_option("--cache", arguments.cache, "Folder to keep what came in for the next time");
+  command.add_option("--cache", arguments.cache, "Folder that keeps what comes (--real-time)");
   command.add_flag("--no-pictures", arguments.no_pictures, "Only tables and plots: faster");
 }
 

@@ -35,7 +35,7 @@ struct FrameRecord {
   std::uint64_t segments = 0;
   std::uint64_t splits_applied = 0, splits_undone = 0;  // in this frame
   std::uint64_t triangles = 0;                          // 0: there is no mesh yet
-  std::uint64_t issued_vertices = 0;                    // drawn as fans
+  std::uint64_t issued_vertices = 0;                    // drawn as fans; 0 without pictures
   std::optional<double> error_px;               // stated: at most so far off in what is seen; none without a mesh
   double wanted_tolerance_px = 1.0;             // of the path
   double tolerance_px = 1.0;                    // in force: budgets may have raised it

@@ -8,6 +8,7 @@
 
 #include "client/session/session_pictures.h"
 #include "client/session/session_plots.h"
+#include "common/fans/fan_cover.h"
 #include "common/support/atomic_file.h"
 
 namespace fanstream {
@@ -60,7 +61,6 @@ FrameRecord record_of(const SessionStep& step, std::size_t frame, const PathView
   record.splits_applied = step.splits_applied;
   record.splits_undone = step.splits_undone;
   record.triangles = step.triangles;
-  record.issued_vertices = step.issued_vertices;
   record.error_px = step.error_px;
   record.wanted_tolerance_px = view.tolerance_px;
   record.tolerance_px = step.tolerance_px;
@@ -148,7 +148,9 @@ class SessionRun {
       Result<FanMesh> mesh = session_.fan_mesh();
       if (!mesh) return tl::unexpected(mesh.error());
       mesh_ = std::move(*mesh);
+      issued_vertices_ = fan_statistics(mesh_.vertices.size(), mesh_).issued_vertices;
     }
+    record.issued_vertices = issued_vertices_;
     return pictures_->add(mesh_, changed, camera, record);
   }
 
@@ -201,6 +203,7 @@ class SessionRun {
   const SessionRunOptions& options_;
   std::optional<SessionPictures> pictures_;
   FanMesh mesh_;
+  std::uint64_t issued_vertices_ = 0;  // of mesh_
   SessionRunReport report_;
 };
 

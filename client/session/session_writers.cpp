@@ -136,6 +136,19 @@ std::string cut_text(const std::string& text, std::size_t width) {
   return shown;
 }
 
+// Lines of at most `width` bytes of printable text, broken at spaces where there are any.
+std::string wrap_text(const std::string& text, std::size_t width, const std::string& indent) {
+  std::string lines;
+  for (std::size_t at = 0; at < text.size();) {
+    std::size_t end = std::min(text.size(), at + width);
+    const std::size_t space = end < text.size() ? text.rfind(' ', end) : std::string::npos;
+    if (space != std::string::npos && space > at) end = space;
+    lines += (lines.empty() ? "" : "\n" + indent) + cut_text(text.substr(at, end - at), width);
+    at = end + (end < text.size() && text[end] == ' ' ? 1 : 0);
+  }
+  return lines;
+}
+
 std::string error_text(double error_px) {
   return std::isfinite(error_px) ? fmt::format("{:.3g} px", error_px) : std::string("nothing shown");
 }
@@ -220,7 +233,7 @@ std::string to_text(const SessionHeader& header, const SessionSummary& s) {
   text += fmt::format("at the end  {}", name(s.end_state));
   if (s.degraded_frames > 0) {
     text += fmt::format("; degraded in {} frames:\n            {}", grouped(s.degraded_frames),
-                        cut_text(s.degraded_reason, 66));
+                        wrap_text(s.degraded_reason, 66, std::string(12, ' ')));
   }
   return text + '\n';
 }

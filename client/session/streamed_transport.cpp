@@ -75,6 +75,9 @@ class StreamedTransport final : public SessionTransport {
                                       std::to_string(retrying->delay_ms) + " ms: " + retrying->reason},
                       now_s());
     }
+    if (const auto* off = std::get_if<event::CacheOff>(&event)) {
+      return on_event(event::Hindered{"goes on without the cache: " + off->reason}, now_s());
+    }
     if (std::holds_alternative<event::ConnectionResumed>(event)) return on_event(event::Hindered{}, now_s());
     return {};
   }

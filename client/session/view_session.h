@@ -25,7 +25,6 @@ struct SessionStep {
   std::uint64_t segments = 0;
   std::uint64_t splits_applied = 0, splits_undone = 0;  // in this step
   std::uint64_t triangles = 0;                          // 0 before FM0
-  std::uint64_t issued_vertices = 0;
   std::optional<double> error_px;
   double tolerance_px = 1.0;
   double plan_ms = 0.0, apply_ms = 0.0;

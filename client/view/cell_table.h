@@ -35,9 +35,11 @@ struct Support {
 // of one cell: step p (1 .. layer_count) of a cell takes it from prefix p-1 to p. Steps are stored by layer, then by
 // cell: step_index(cell, p). So every step lies behind all it depends on.
 //
-// **The rule of dependencies** is the implicit rule of ../../common/refine/progressive_mesh.h: a cell may take up a
-// generation when all cells beside it have every generation before it; a complete cell without children has all. So
-// step p of a cell of slab s needs
+// **The rule of dependencies.** Which cells are "beside" a cell is told by set_neighbours: those that were found to hold
+// it up. The table takes that for every step of the cell, which is stricter than the mesh itself, where a cell waits for
+// single vertices (../../common/refine/progressive_mesh.h; SCHEDULING.md says what follows): a cell may take up a
+// generation when all cells beside it have every generation before it; a complete cell without children has all. So step
+// p of a cell of slab s needs
 //   p = 1:  its parent complete, and beside it no cells of coarser slabs but complete ones without children;
 //   p > 1:  step p-1 of the cell itself and of the cells of slab s beside it.
 // A layer of k > 1 generations needs more: for the last of them the cells beside must have k-1 generations of the same
@@ -66,11 +68,12 @@ class CellTable {
   void set_applied(std::uint32_t cell, std::uint32_t prefix, std::uint32_t begun);
   void set_held(std::uint32_t cell, std::uint32_t prefix);
   // Of the cell's part of the original: what is known of the mesh as it is now, inflated by the cell's error. Keep it
-  // when the cell disappears, and replace it only by a tighter one, or a still camera may not come to rest. A cell
-  // without counts as lying anywhere in its parent's; one of slab 0 without as being everywhere.
+  // when the cell disappears, and let it change in one direction only, only tighter or only wider, or a still camera may
+  // not come to rest. A cell without counts as lying anywhere in its parent's; one of slab 0 without as being everywhere.
   void set_extent(std::uint32_t cell, const CellExtent& extent);
-  // The cells beside a live cell, of any slab, in any order. An empty list says nothing and changes nothing: lists of
-  // cells that are no longer live, complete ones too, stay known. The relation should be symmetric.
+  // The cells beside a cell, of any slab, in any order; those of finer slabs stand for the cell of this slab that they
+  // come from. Replaces the list before: who learns them one by one hands in all. An empty list says nothing and changes
+  // nothing: lists of cells that are no longer live, complete ones too, stay known. Need not be symmetric.
   void set_neighbours(std::uint32_t cell, std::span<const std::uint32_t> cells);
   // What the applied steps of a cell lie on, in place of what was said before: it is not coarsened for as long as the
   // cell is to stay as it is.

@@ -146,15 +146,12 @@ Command add_build_command(CLI::App& app) {
   CLI::App* build = app.add_subcommand("build", "Turns models into assets");
   auto arguments = std::make_shared<BuildArguments>();
   build->add_option("INPUT", arguments->inputs, "glTF, GLB, OBJ, PLY, STL or OFF files")->required();
-  build->add_option("-o,--output", arguments->output, "Asset file, or the folder for NAME.fan of each input")
-      ->required();
-  build
-      ->add_option(
-          "--position-bits", arguments->position_bits,
-          "Bits of the grid along the model's longest side; default: an eighth of the mean edge, within 10..16")
+  build->add_option("-o,--output", arguments->output, "Asset file, or a folder for NAME.fan of each input")->required();
+  build->add_option("--position-bits", arguments->position_bits, "Of the grid along the longest side; default below")
       ->check(CLI::Range(kLeastPositionBits, kMostPositionBits));
-  build->add_flag("--json", arguments->json, "Print the report as JSON: an object, or for several inputs an array");
+  build->add_flag("--json", arguments->json, "Print the report as JSON (of several: an array)");
   build->footer(
+      "The default grid has steps of a 24th of the mean edge, within 10 to 16 bits.\n"
       "Examples:\n"
       "  fanstream-server build bunny.ply -o bunny.fan\n"
       "  fanstream-server build scans/*.ply -o assets/ --position-bits 14 --json");

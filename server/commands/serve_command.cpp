@@ -66,21 +66,19 @@ int run(ServeArguments arguments) {
 }  // namespace
 
 Command add_serve_command(CLI::App& app) {
-  CLI::App* serve = app.add_subcommand("serve", "Serves every model of a folder; builds what the store lacks");
+  CLI::App* serve = app.add_subcommand("serve", "Serves a folder of models; builds what is missing");
   auto arguments = std::make_shared<ServeArguments>();
   ServerOptions& server = arguments->server;
-  serve->add_option("DIR", arguments->models, "Folder of models: GLB, glTF, OBJ, PLY, STL, OFF, or ready assets (.fan)")
-      ->required();
-  serve->add_option("--host", server.host, "Address to listen on; 127.0.0.1 for this machine only")
-      ->capture_default_str();
+  serve->add_option("DIR", arguments->models, "GLB, glTF, OBJ, PLY, STL, OFF files, assets (.fan)")->required();
+  serve->add_option("--host", server.host, "Address to listen on; 127.0.0.1: this machine only")->capture_default_str();
   serve->add_option("--port", server.port, "TCP port; 0 lets the system choose one")
       ->capture_default_str()
       ->check(CLI::Range(0, 65535));
-  serve->add_option("--store", arguments->store, "Folder for built assets (default: DIR/.fanstream-store)");
-  serve->add_option("--build-threads", arguments->build_threads, "Models built at the same time; 0: half the cores")
+  serve->add_option("--store", arguments->store, "Folder for assets (default: DIR/.fanstream-store)");
+  serve->add_option("--build-threads", arguments->build_threads, "Models built at once; 0: half the cores")
       ->capture_default_str()
       ->check(CLI::Range(0U, 256U));
-  serve->add_flag("--json", arguments->json, "Print events as JSON, one object a line; the first tells host and port");
+  serve->add_flag("--json", arguments->json, "Print events as JSON, one a line; first the port");
   serve->footer(
       "Example:\n  fanstream-server serve models/ --host 127.0.0.1 --port 7370 --store store/\n\n"
       "Ctrl-C or SIGTERM tells the clients and ends with exit code 0.");

@@ -64,11 +64,10 @@ int run(const VerifyArguments& arguments) {
 }  // namespace
 
 Command add_verify_command(CLI::App& app) {
-  CLI::App* verify = app.add_subcommand("verify", "Checks an asset by refining it, and compares it with its input");
+  CLI::App* verify = app.add_subcommand("verify", "Checks an asset; compares it with its input");
   auto arguments = std::make_shared<VerifyArguments>();
   verify->add_option("FILE", arguments->file, "An asset file")->required();
-  verify->add_option("--against", arguments->against,
-                     "The model it was built of: must be equal face for face, cleaned and quantised");
+  verify->add_option("--against", arguments->against, "Its input: must be equal, cleaned and quantised");
   verify->add_flag("--json", arguments->json, "Print the outcome as JSON");
   verify->footer("Example:\n  fanstream-server verify bunny.fan --against bunny.ply");
   return {verify, [arguments] { return run(*arguments); }};

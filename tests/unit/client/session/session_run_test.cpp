@@ -12,6 +12,7 @@
 #include "client/session/built_in_paths.h"
 #include "client/session/simulated_connection.h"
 #include "common/asset/asset_file.h"
+#include "common/fans/fan_cover.h"
 #include "common/fans/fan_shape.h"
 #include "common/refine/full_mesh.h"
 #include "tests/support/small_assets.h"
@@ -60,7 +61,6 @@ class WholeModelSession final : public ViewSession {
     step.segments = connection_.client().received_segments();
     if (first_) {
       step.triangles = mesh_.triangle_mesh().triangles.size();
-      step.issued_vertices = 2 * step.triangles;
       step.error_px = 20.0 * (1.0 - static_cast<double>(mesh_.vertex_count()) / mesh_.head().vertex_count);
     }
     step.tolerance_px = view.tolerance_px;
@@ -143,6 +143,8 @@ TEST(SessionRun, WritesEverythingAboutAPathPlayedToItsEnd) {
   EXPECT_EQ(json["frames"].size(), report->frames.size());
   // The model comes in, and what is drawn ends as the full model itself.
   EXPECT_EQ(report->frames.front().triangles, 0U);
+  EXPECT_EQ(report->frames.front().issued_vertices, 0U);
+  EXPECT_EQ(report->frames.back().issued_vertices, fan_statistics(full.vertices.size(), full).issued_vertices);
   EXPECT_EQ(report->frames.back().triangles, torus()->triangle_count());
   EXPECT_EQ(report->frames.back().difference->differing_share, 0.0);
   const auto coarse = std::find_if(report->frames.begin(), report->frames.end(), [](const FrameRecord& frame) {
