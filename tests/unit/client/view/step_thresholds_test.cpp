@@ -98,5 +98,32 @@ TEST(StepThresholds, CountsAreTheStepsAboveALevel) {
   }
 }
 
+// Two cells that know nothing of each other but that one has been applied on top of the other.
+TEST(StepThresholds, WhatHasBeenAppliedKeepsWhatItLiesOn) {
+  const std::vector<SlabShape> slabs{{2, 3}};
+  CellTable table = CellTable::create(slabs, {}).value();
+  for (std::uint32_t c = 0; c < 2; ++c) {
+    for (std::uint32_t s = 0; s < 3; ++s) table.set_segment(c, s, {static_cast<float>(3 - s), 10, 2});
+  }
+  CellScales scales;
+  scales.resize(2);
+  const ProjectedError plain{1.0, 1.0, 1.0, 1.0};
+  scales.set(0, plain, 1.0);
+  scales.set(1, plain, 0.0);
+  StepThresholds thresholds;
+  ThresholdPass pass;
+  pass.run(table, scales, 0.0F, thresholds);
+  for (std::uint32_t p = 1; p <= 3; ++p) EXPECT_EQ(thresholds.begun[table.step_index(1, p)], 0.0F);
+  const std::vector<Support> supports{{3, 1, 2}};
+  table.set_supports(0, supports);
+  pass.run(table, scales, 0.0F, thresholds);
+  EXPECT_EQ(thresholds.begun[table.step_index(1, 2)], thresholds.begun[table.step_index(0, 3)]);
+  EXPECT_EQ(thresholds.begun[table.step_index(1, 1)], thresholds.begun[table.step_index(0, 3)]);
+  EXPECT_EQ(thresholds.begun[table.step_index(1, 3)], 0.0F);
+  table.set_supports(0, {});
+  pass.run(table, scales, 0.0F, thresholds);
+  for (std::uint32_t p = 1; p <= 3; ++p) EXPECT_EQ(thresholds.begun[table.step_index(1, p)], 0.0F);
+}
+
 }  // namespace
 }  // namespace fanstream
