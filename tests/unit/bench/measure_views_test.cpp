@@ -22,7 +22,7 @@ ViewsOptions fast() {
   return options;
 }
 
-TEST(FirstImage, TakesThreeRoundTripsAndTheHead) {
+TEST(FirstImage, TakesTwoRoundTripsAndTheHead) {
   const auto asset = built_asset(testing::make_torus(60, 50), small_cells());
   ASSERT_TRUE(asset);
   DracoFile draco;
@@ -32,8 +32,7 @@ TEST(FirstImage, TakesThreeRoundTripsAndTheHead) {
   const Result<FirstImage> image = measure_first_image(asset, draco, link, 1);
   ASSERT_TRUE(image) << image.error().message;
   const double head_s = 8e-6 * static_cast<double>(asset->head().size());
-  EXPECT_GE(image->request_s, 0.16);  // the connection and the greeting
-  EXPECT_LT(image->request_s, 0.17);
+  EXPECT_DOUBLE_EQ(image->request_s, 0.08);  // the connection
   EXPECT_GE(image->asked_s(), 0.08 + head_s + image->decode_s);
   EXPECT_LT(image->asked_s(), 0.09 + head_s + image->decode_s);
   EXPECT_DOUBLE_EQ(image->draco.picture_s(), 0.16 + 0.4 + 0.5);

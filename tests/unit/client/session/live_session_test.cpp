@@ -96,7 +96,8 @@ TEST(LiveSession, AStillCameraIsCompleteWithinItsToleranceAndThenCostsNothing) {
   ASSERT_TRUE(complete->error_px);
   EXPECT_LE(*complete->error_px, view.tolerance_px);
   EXPECT_GT(complete->segments, 0U);
-  EXPECT_EQ(complete->stale_bytes, 0U) << "nobody has changed his mind";
+  // Nobody has changed his mind, but of what was wanted on suspicion some turns out not to be needed.
+  EXPECT_LE(complete->stale_bytes, complete->segment_bytes / 10);
   ASSERT_TRUE(live->first_image());
   EXPECT_LT(live->first_image()->time_s, complete->time_s);
   EXPECT_GE(live->first_image()->received_bytes, ball()->head().size());
