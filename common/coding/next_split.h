@@ -29,7 +29,7 @@ class FreeGenerations {
   std::uint64_t bit_of(std::uint32_t generation) const { return bit(generation, now_); }
   static std::uint64_t bit(std::uint32_t generation, std::uint32_t now) {
     const std::uint32_t age = generation - now;
-    return age < 64 ? std::uint64_t{1} << age : 0;
+    return static_cast<std::uint64_t>(age < 64) << (age & 63U);
   }
   void exclude_set(std::uint64_t taken) { taken_ |= taken; }
 

@@ -108,15 +108,21 @@ template <class Coder>
 // Neither vertex can be split next when one of its neighbours is.
 inline void find_free_generations(SplitInProgress& s, std::span<const FanVertex> vertices, const CodingTime& time) {
   const std::uint32_t size = s.ring.size();
+  const std::uint32_t length = s.length;
   std::uint64_t added_taken = 0;
   std::uint64_t root_taken = 0;
-  std::uint32_t at = s.split.first;
-  for (std::uint32_t i = 0; i < size; ++i) {
-    const VertexId w = s.ring.id(at);
-    const std::uint64_t bit = w == kOutside ? 0 : FreeGenerations::bit(vertices[w].context.next, time.generation);
-    added_taken |= i <= s.length ? bit : 0;
-    root_taken |= i >= s.length || i == 0 ? bit : 0;
-    at = at + 1 == size ? 0 : at + 1;
+  const auto look_at = [&](std::uint32_t i) {  // i steps after the first wing
+    const VertexId neighbour = s.ring.id(s.split.first + i);
+    const bool outside = neighbour == kOutside;
+    const std::uint32_t next = vertices[outside ? s.split.root : neighbour].context.next;
+    const std::uint64_t bit = FreeGenerations::bit(outside ? kNeverSplit : next, time.generation);
+    added_taken |= bit & (std::uint64_t{0} - static_cast<std::uint64_t>(i <= length));
+    root_taken |= bit & (std::uint64_t{0} - static_cast<std::uint64_t>((i >= length) | (i == 0)));
+  };
+  if (size <= 8) {  // without branches, which would be coin tosses
+    for (std::uint32_t i = 0; i < 8; ++i) look_at(i < size ? i : 0);
+  } else {
+    for (std::uint32_t i = 0; i < size; ++i) look_at(i);
   }
   s.root_free = FreeGenerations(time.generation, time.last);
   s.root_free.exclude_set(root_taken);
