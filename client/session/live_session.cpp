@@ -16,9 +16,7 @@ auto timed(double& sum_ms, Work&& work) {
   struct Stop {
     std::chrono::steady_clock::time_point begun;
     double& sum_ms;
-    ~Stop() {
-      sum_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
-    }
+    ~Stop() { sum_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count(); }
   } stop{begun, sum_ms};
   return work();
 }

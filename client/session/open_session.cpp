@@ -37,7 +37,8 @@ Result<std::vector<std::byte>> receive_file(SegmentStream& stream, const Session
     const auto* segment = std::get_if<event::SegmentArrived>(&**event);
     if (segment == nullptr) continue;
     const SegmentEntry& entry = index->segments[index->cells[segment->cell].first_segment + segment->segment];
-    std::copy(segment->bytes.begin(), segment->bytes.end(), sections.begin() + static_cast<std::ptrdiff_t>(entry.offset));
+    std::copy(segment->bytes.begin(), segment->bytes.end(),
+              sections.begin() + static_cast<std::ptrdiff_t>(entry.offset));
     received += segment->bytes.size();
     if (settings.progress) {
       settings.progress("receiving the whole model",
@@ -69,23 +70,26 @@ std::string model_name(const std::string& source) {
   return slash == std::string::npos ? source : source.substr(slash + 1);
 }
 
-// What can be said of a model before it has come: its coarsest mesh tells where it lies.
+// What can be said of a model before it has come: its grid encloses it tightly.
 Result<OpenedSession> describe(const SessionSettings& settings) {
   SegmentStreamOptions options;
   options.network.client.stop = settings.stop;
+  if (settings.progress) {
+    options.on_building = [&settings](double done) { settings.progress("the server builds the model", done); };
+  }
   Result<std::unique_ptr<SegmentStream>> stream = SegmentStream::open(settings.source, options);
   if (!stream) return tl::unexpected(stream.error());
   const auto bytes = (*stream)->head();
   if (!bytes) return tl::unexpected(bytes.error());
   const Result<AssetHead> head = read_head(*bytes, (*stream)->name());
   if (!head) return tl::unexpected(head.error());
-  std::vector<glm::dvec3> places;
-  for (const GridPoint& place : head->base.places) places.push_back(head->grid.decode(place));
+  const PositionGrid& grid = head->grid;
+  const GridPoint last(grid.code_count(0) - 1, grid.code_count(1) - 1, grid.code_count(2) - 1);
   OpenedSession opened;
   opened.model = (*stream)->model();
   opened.digest = text_of((*stream)->digest());
-  opened.grid_step = head->grid.step();
-  opened.bounds = bounds_of(places);
+  opened.grid_step = grid.step();
+  opened.bounds = {grid.decode(GridPoint(0)), grid.decode(last)};
   return opened;
 }
 

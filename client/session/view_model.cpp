@@ -67,7 +67,8 @@ void ViewModel::update_supports(std::uint32_t cell) {
   const AssetIndex& index = mesh_.index();
   const auto step_of = [&](std::uint32_t of_cell, std::uint32_t generation) {
     const auto layer = std::lower_bound(head.layer_ends.begin(), head.layer_ends.end(), generation);
-    return static_cast<std::uint32_t>(layer - head.layer_ends.begin()) - head.layer_begin(index.cells[of_cell].slab) + 1;
+    return static_cast<std::uint32_t>(layer - head.layer_ends.begin()) - head.layer_begin(index.cells[of_cell].slab) +
+           1;
   };
   mesh_.find_supports(cell, found_);
   supports_.clear();
@@ -81,7 +82,8 @@ void ViewModel::update_supports(std::uint32_t cell) {
     supports_.push_back({step_of(cell, s.generation), other, step_of(other, s.on)});
   }
   const auto order = [](const Support& s) { return std::tuple(s.step, s.cell, s.on); };
-  std::sort(supports_.begin(), supports_.end(), [&](const Support& a, const Support& b) { return order(a) > order(b); });
+  std::sort(supports_.begin(), supports_.end(),
+            [&](const Support& a, const Support& b) { return order(a) > order(b); });
   const auto same = [](const Support& a, const Support& b) { return a.step == b.step && a.cell == b.cell; };
   supports_.erase(std::unique(supports_.begin(), supports_.end(), same), supports_.end());
   table_.set_supports(cell, supports_);

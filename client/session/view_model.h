@@ -28,8 +28,8 @@ class ViewModel {
   ViewModel(const ViewModel&) = delete;
   ViewModel& operator=(const ViewModel&) = delete;
 
-  // Call once. Fails (bad_input, starting with `name`) where the index's bounds rise from coarse to fine, which its reader
-  // lets pass.
+  // Call once. Fails (bad_input, starting with `name`) where the index's bounds rise from coarse to fine, which its
+  // reader lets pass.
   Result<void> set_index(std::shared_ptr<const AssetIndex> index, const std::string& name);
   bool has_index() const { return planner_ != nullptr; }
 
@@ -60,7 +60,7 @@ class ViewModel {
   CellTable table_;
   std::unique_ptr<Planner> planner_;
   const Plan* plan_ = nullptr;
-  std::vector<std::uint8_t> targets_;  // those that the mesh has been told
+  std::vector<std::uint8_t> targets_;            // those that the mesh has been told
   std::vector<ProgressiveMesh::Support> found_;  // scratch
   std::vector<Support> supports_;                // scratch
 };

@@ -121,7 +121,8 @@ struct CellJudgement {
 };
 
 // What holds for a whole holds for its parts: tightens the part's judgement (not its weights) by that of a piece that
-// it lies in. So refining never makes the stated error rise.
+// it lies in. So refining hardly ever makes the stated error rise: only spheres, which widen as more of a cell is seen,
+// may do so, by a little.
 void narrow(CellJudgement& part, const CellJudgement& whole);
 
 // A view and criteria prepared for many cells. Both must have passed their checks.

@@ -32,7 +32,8 @@ glm::dvec3 fold(double x, double y) {
 double place(std::uint8_t i) { return (2.0 * i + 1.0) / CodedCone::kPlaces - 1.0; }
 
 std::uint8_t nearest_place(double x) {
-  return static_cast<std::uint8_t>(std::clamp(std::floor((x + 1.0) * 0.5 * CodedCone::kPlaces), 0.0, CodedCone::kPlaces - 1.0));
+  return static_cast<std::uint8_t>(
+      std::clamp(std::floor((x + 1.0) * 0.5 * CodedCone::kPlaces), 0.0, CodedCone::kPlaces - 1.0));
 }
 
 }  // namespace

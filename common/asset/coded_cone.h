@@ -14,8 +14,8 @@ struct CodedCone {
   std::uint8_t u = 0;      // below kPlaces, and 0 where width is
   std::uint8_t v = 0;
 
-  glm::vec3 axis() const;   // of length 1
-  float cosine() const;     // of the half angle; -1 where width is 0
+  glm::vec3 axis() const;  // of length 1
+  float cosine() const;    // of the half angle; -1 where width is 0
   friend bool operator==(const CodedCone&, const CodedCone&) = default;
 };
 

@@ -1,6 +1,6 @@
-// Range coding with asymmetric numeral systems (Duda 2013): static frequencies, one 32-bit state, 16-bit words. The last
-// symbols are coded in a state that has not filled up yet, so that a stream costs two bytes more than its symbols, not
-// three.
+// Range coding with asymmetric numeral systems (Duda 2013): static frequencies, one 32-bit state, 16-bit words. The
+// last symbols are coded in a state that has not filled up yet, so that a stream costs two bytes more than its symbols,
+// not three.
 //
 // A symbol coder is anything with `int symbol(const FrequencyTable&, int)` and `unsigned bits(int count, unsigned)`:
 // the encoder records what it is given and returns it, the decoder ignores the argument and returns what it reads.
@@ -92,8 +92,8 @@ class RansDecoder {
   }
   // True if all bytes were used and, as far as this can be told before the stream's end, none was missing.
   bool used_up() const { return position_ == size_ && !starved(); }
-  // True if besides the stream is at its end. Damaged symbols hardly ever pass; damage to raw bits alone can, and so can
-  // a stream that lacks its end (CODING.md): lengths and checksums are the format's business.
+  // True if besides the stream is at its end. Damaged symbols hardly ever pass; damage to raw bits alone can, and so
+  // can a stream that lacks its end (CODING.md): lengths and checksums are the format's business.
   bool finished_cleanly() const { return used_up() && ends_ && state_ == 0; }
   // Words were missing though the stream had not ended.
   bool starved() const { return begun_ && !ends_ && state_ < kLeast; }

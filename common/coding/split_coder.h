@@ -19,13 +19,13 @@ namespace fanstream {
 
 // A split on its way between values and symbols.
 struct SplitInProgress {
-  RingGeometry ring;           // of the root, to be assigned before
-  FanSplit split;              // given to an encoder, found by a decoder; wings are ring positions
+  RingGeometry ring;  // of the root, to be assigned before
+  FanSplit split;     // given to an encoder, found by a decoder; wings are ring positions
   // The generations in which root and new vertex are split next: given to an encoder, found by a decoder.
   std::uint8_t root_next = kNeverSplit;
   std::uint8_t added_next = kNeverSplit;
-  std::uint32_t length = 1;    // of the arc, in ring steps
-  std::uint32_t rank = 0;      // of the arc among those of its length; on an open ring, from the gap
+  std::uint32_t length = 1;  // of the arc, in ring steps
+  std::uint32_t rank = 0;    // of the arc among those of its length; on an open ring, from the gap
   Opening opening = Opening::closed;
   FreeGenerations root_free;
   FreeGenerations added_free;
@@ -93,8 +93,8 @@ template <class Coder>
 [[gnu::always_inline]] inline void code_arc(Coder& coder, const SplitModel& model, SplitInProgress& s) {
   const std::uint32_t size = s.ring.size();
   if (s.ring.is_open()) [[unlikely]] {
-    s.opening = static_cast<Opening>(
-        coder.symbol(table_at(model, SymbolContexts::opening(size)), static_cast<int>(s.opening)));
+    s.opening =
+        static_cast<Opening>(coder.symbol(table_at(model, SymbolContexts::opening(size)), static_cast<int>(s.opening)));
   }
   s.length =
       std::min(1 + code_large(coder, table_at(model, SymbolContexts::length(s.opening, size)), s.length - 1), size - 1);
@@ -135,8 +135,7 @@ template <class Coder>
 [[gnu::always_inline]] inline void code_next_and_parent(Coder& coder, const SplitModel& model, SplitInProgress& s,
                                                         const CodingTime& time) {
   const std::uint32_t size = s.ring.size();
-  s.root_next =
-      code_next_split(coder, model, NextSplitOf::root, size - s.length + 2, s.root_free, s.root_next);
+  s.root_next = code_next_split(coder, model, NextSplitOf::root, size - s.length + 2, s.root_free, s.root_next);
   s.added_free.exclude(s.root_next);
   s.added_next = code_next_split(coder, model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
   const int parent_table = SymbolContexts::parent(s.root_next != time.generation, s.ring.is_open());

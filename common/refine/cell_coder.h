@@ -47,8 +47,8 @@ struct CellCoding {
       : model(split_model), grid(position_grid), units(grid.unit()), last_generation(generation_count) {}
 };
 
-// Puts the cell's vertices that are split in a generation behind coding.roots, all coarser generations of the cell having
-// been applied.
+// Puts the cell's vertices that are split in a generation behind coding.roots, all coarser generations of the cell
+// having been applied.
 inline void add_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation,
                       CellCoding& coding) {
   const std::size_t most = coding.root_count + vertices.count();
@@ -75,8 +75,9 @@ inline void go_around_roots(const FanState& state, CellCoding& coding, std::size
   for (; i < coding.root_count; ++i) coding.roots[i].walk.go_around(state.fans, coding.roots[i].vertex);
 }
 
-// Returns kOutside if a root of a generation, which has been gone around, has all its neighbours as the encoder saw them,
-// and so it stays until it is split; else a vertex, of another cell, that still has to be split in a coarser generation.
+// Returns kOutside if a root of a generation, which has been gone around, has all its neighbours as the encoder saw
+// them, and so it stays until it is split; else a vertex, of another cell, that still has to be split in a coarser
+// generation.
 inline VertexId find_lagging(const FanState& state, std::uint32_t generation, const CellCoding::Root& root) {
   VertexId lagging = kOutside;
   const auto look = [&](VertexId w) {
@@ -149,7 +150,8 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 }  // namespace detail
 
 // Codes and applies the splits of the roots from number `first_root` on, which have been gone around with none lagging,
-// and takes them off coding.roots. Source is what knows the splits: for an encoder the builder's history, for a decoder DecodedSplits. It has
+// and takes them off coding.roots. Source is what knows the splits: for an encoder the builder's history, for a decoder
+// DecodedSplits. It has
 //   void describe(SplitInProgress&), which fills in the split of split.root and when both vertices are split next,
 // and is told made(const SplitUndo&, VertexId added) of each split. Splits come in rounds: the first of every root,
 // then the second of those that have two, and so on; a root's next one is asked for after the one before was made.

@@ -8,9 +8,9 @@ namespace fanstream {
 
 // --- Refining ---
 
-// Puts the roots of the cell's next generation behind coding_.roots, and takes the cells beside it as far as that needs:
-// they lag behind by a generation at least, so this is recursive at most as often as there are generations. Returns
-// false where one does not get on; then the cell waits for it.
+// Puts the roots of the cell's next generation behind coding_.roots, and takes the cells beside it as far as that
+// needs: they lag behind by a generation at least, so this is recursive at most as often as there are generations.
+// Returns false where one does not get on; then the cell waits for it.
 bool ProgressiveMesh::prepare_generation(std::uint32_t cell_number, Work& work) {
   const std::uint32_t generation = cells_[cell_number].done + 1U;
   const std::size_t first = coding_.root_count;

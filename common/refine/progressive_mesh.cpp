@@ -214,7 +214,8 @@ struct NotedSplits {
 
 }  // namespace
 
-// Decodes a generation's splits, whose roots are those from `first_root` on, and looks whether they end where the segment and the cell do.
+// Decodes a generation's splits, whose roots are those from `first_root` on, and looks whether they end where the
+// segment and the cell do.
 Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::uint32_t generation,
                                                 std::size_t first_root) {
   LiveCell& cell = *cells_[cell_number].live;
@@ -229,7 +230,8 @@ Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::
                       begins ? bytes.first(0) : bytes, ends);
   if (begins) decoder.append(bytes, ends);
   NotedSplits source{state_};
-  if (Result<void> done = code_generation(state_, cell.vertices, generation, decoder, source, coding_, first_root); !done)
+  if (Result<void> done = code_generation(state_, cell.vertices, generation, decoder, source, coding_, first_root);
+      !done)
     return done;
   const bool slab_ends = generation == slab_end(entry.slab);
   const bool unfinished =
@@ -250,8 +252,8 @@ Result<void> ProgressiveMesh::check_end(std::uint32_t cell_number) const {
   const CellVertices& vertices = cells_[cell_number].live->vertices;
   for (std::uint32_t i = 0; i < vertices.count(); ++i) {
     if (state_.vertices[vertices.at(i)].context.next == kNeverSplit) continue;
-    return fail(ErrorKind::bad_input, "cell " + std::to_string(cell_number) +
-                                          ": its vertices are to be split, but it has no cells to do it");
+    return fail(ErrorKind::bad_input,
+                "cell " + std::to_string(cell_number) + ": its vertices are to be split, but it has no cells to do it");
   }
   return {};
 }
@@ -369,7 +371,8 @@ void ProgressiveMesh::find_supports(std::uint32_t cell_number, std::vector<Suppo
     if (own <= begin) continue;
     state_.fans.for_each_neighbour(v, [&](VertexId w) {
       const std::uint32_t before = state_.vertices[w].context.touched;
-      if (before != 0 && before < own && state_.cells[w] != cell_number) found.push_back({own, state_.cells[w], before});
+      if (before != 0 && before < own && state_.cells[w] != cell_number)
+        found.push_back({own, state_.cells[w], before});
     });
   }
 }

@@ -20,7 +20,7 @@ struct BuildOptions {
   std::optional<double> slab_growth;
   std::optional<double> segment_splits;
   std::optional<double> edges_per_vertex;
-  std::optional<double> evenness;
+  std::optional<double> evenness;  // SimplifyOptions::evenness
   // Called with the stage's name and the share of it that is done; may be empty.
   std::function<void(std::string_view stage, double fraction)> progress;
 };

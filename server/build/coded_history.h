@@ -9,8 +9,8 @@
 
 namespace fanstream {
 
-// Places of all vertices on the grid as merges leave them, and each merge's displacement. Generations are numbered as in the
-// asset: 1 is the coarsest.
+// Places of all vertices on the grid as merges leave them, and each merge's displacement. Generations are numbered as
+// in the asset: 1 is the coarsest.
 struct CodedHistory {
   const MergeHistory& history;
   std::vector<GridPoint> displacements;  // by merge
@@ -34,7 +34,9 @@ class HistorySource {
   void made(const SplitUndo& split, VertexId added);
 
   VertexId original(VertexId v) const { return original_[v]; }
-  const MergeRecord& merge_of(VertexId root) const { return coded_.history.merges[to_undo_[original_[root]]]; }  // the next one of this root
+  const MergeRecord& merge_of(VertexId root) const {
+    return coded_.history.merges[to_undo_[original_[root]]];
+  }  // the next one of this root
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;

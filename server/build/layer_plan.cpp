@@ -6,7 +6,8 @@
 namespace fanstream {
 namespace {
 
-// Slab borders as generations, the last of them the finest. A short last slab would make cells of few splits: it joins the one before.
+// Slab borders as generations, the last of them the finest. A short last slab would make cells of few splits: it joins
+// the one before.
 std::vector<std::uint32_t> slab_borders(std::span<const std::uint32_t> vertices, double growth) {
   std::vector<std::uint32_t> borders;
   double start = vertices[0];

@@ -10,8 +10,8 @@ namespace {
 // Border planes count this many times their own area: a border that wanders is seen at once.
 constexpr double kBoundaryWeight = 2.0;
 
-// A middle is taken only where it costs less than this share of the better end: kept vertices stay where the original has
-// them, which serves both the shape of coarser levels (measured: 0.93 against 0.98 of the RMS) and the coding.
+// A middle is taken only where it costs less than this share of the better end: kept vertices stay where the original
+// has them, which serves both the shape of coarser levels (measured: 0.93 against 0.98 of the RMS) and the coding.
 constexpr double kMiddleGain = 0.3;
 
 // Where a surface is flat every merge costs nothing: this share of area times squared edge length makes short edges of

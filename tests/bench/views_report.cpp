@@ -115,8 +115,8 @@ Section first_image(const std::vector<ViewsFigures>& models) {
   }
   return {"first_image",
           "First image over a link of 10 Mbit/s and 50 ms round trip, in virtual time, decoding measured: FM0 beside "
-          "the whole Draco file; from the first packet of the connect (ours: connect and greeting take a round trip "
-          "each, Draco's: connect takes one), and from the moment that the request is sent",
+          "the whole Draco file; from the first packet of the connect (a round trip; ours asks along with the "
+          "greeting), and from the moment that the request is sent",
           std::move(table)};
 }
 
