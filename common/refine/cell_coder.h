@@ -51,16 +51,18 @@ struct CellCoding {
 // having been applied.
 inline void add_roots(const FanState& state, const CellVertices& vertices, std::uint32_t generation,
                       CellCoding& coding) {
-  const std::size_t most = coding.root_count + vertices.count();
-  if (coding.roots.size() < most) coding.roots.resize(2 * most);
-  CellCoding::Root* root = coding.roots.data() + coding.root_count;
-  const auto look_at = [&](VertexId v) {
-    root->vertex = v;
-    root += state.vertices[v].context.next == generation ? 1 : 0;
-  };
-  for (const VertexId v : vertices.initial) look_at(v);
-  for (std::uint32_t i = 0; i < vertices.made; ++i) look_at(vertices.first_new + i);
-  coding.root_count = static_cast<std::size_t>(root - coding.roots.data());
+  constexpr std::uint32_t kBlock = 256;  // of vertices, which may all be roots: room for them is made first
+  std::size_t count = coding.root_count;
+  for (std::uint32_t begin = 0; begin < vertices.count(); begin += kBlock) {
+    if (coding.roots.size() < count + kBlock) coding.roots.resize(2 * (count + kBlock));
+    CellCoding::Root* const roots = coding.roots.data();
+    for (std::uint32_t i = begin; i < std::min(vertices.count(), begin + kBlock); ++i) {
+      const VertexId v = vertices.at(i);
+      roots[count].vertex = v;
+      count += state.vertices[v].context.next == generation ? 1 : 0;
+    }
+  }
+  coding.root_count = count;
 }
 
 // Goes around the roots from number `first` on.
