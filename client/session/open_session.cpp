@@ -1,7 +1,7 @@
 // What a session is opened with: the transport, and the whole model to compare with.
 #include <algorithm>
 
-#include "client/model/segment_stream.h"
+#include "client/model/source_place.h"
 #include "client/session/live_session.h"
 #include "common/asset/asset_file.h"
 #include "common/refine/full_mesh.h"
@@ -48,36 +48,18 @@ Result<std::vector<std::byte>> receive_file(SegmentStream& stream, const Session
   return assemble_file(*preamble, std::span(sections).subspan(kPreambleBytes));
 }
 
-Result<std::shared_ptr<const AssetFile>> whole_asset(const SessionSettings& settings) {
-  std::error_code ignored;
-  if (std::filesystem::exists(settings.source, ignored)) return AssetFile::open(settings.source);
-  SegmentStreamOptions options;
-  options.network.client.stop = settings.stop;
-  if (settings.progress) {
-    options.on_building = [&settings](double done) { settings.progress("the server builds the model", done); };
-  }
-  Result<std::unique_ptr<SegmentStream>> stream = SegmentStream::open(settings.source, options);
+Result<std::shared_ptr<const AssetFile>> whole_asset(const SessionSettings& settings, const SourcePlace& place) {
+  if (!place.server) return AssetFile::open(place.file);
+  Result<std::unique_ptr<SegmentStream>> stream = open_stream(settings);
   if (!stream) return tl::unexpected(stream.error());
   Result<std::vector<std::byte>> bytes = receive_file(**stream, settings);
   if (!bytes) return tl::unexpected(bytes.error());
   return AssetFile::from_memory(std::move(*bytes), settings.source);
 }
 
-std::string model_name(const std::string& source) {
-  std::error_code ignored;
-  if (std::filesystem::exists(source, ignored)) return std::filesystem::path(source).stem().string();
-  const std::size_t slash = source.find('/');
-  return slash == std::string::npos ? source : source.substr(slash + 1);
-}
-
 // What can be said of a model before it has come: its grid encloses it tightly.
 Result<OpenedSession> describe(const SessionSettings& settings) {
-  SegmentStreamOptions options;
-  options.network.client.stop = settings.stop;
-  if (settings.progress) {
-    options.on_building = [&settings](double done) { settings.progress("the server builds the model", done); };
-  }
-  Result<std::unique_ptr<SegmentStream>> stream = SegmentStream::open(settings.source, options);
+  Result<std::unique_ptr<SegmentStream>> stream = open_stream(settings);
   if (!stream) return tl::unexpected(stream.error());
   const auto bytes = (*stream)->head();
   if (!bytes) return tl::unexpected(bytes.error());
@@ -106,10 +88,12 @@ Result<OpenedSession> open_by_the_clock(const SessionSettings& settings) {
 
 Result<OpenedSession> open_live_session(const SessionSettings& settings) {
   if (!settings.whole_model && settings.real_time) return open_by_the_clock(settings);
-  Result<std::shared_ptr<const AssetFile>> asset = whole_asset(settings);
+  const Result<SourcePlace> place = locate_source(settings.source);
+  if (!place) return tl::unexpected(place.error());
+  Result<std::shared_ptr<const AssetFile>> asset = whole_asset(settings, *place);
   if (!asset) return tl::unexpected(asset.error());
   OpenedSession opened;
-  opened.model = model_name(settings.source);
+  opened.model = place->server ? place->server->model : place->file.stem().string();
   opened.digest = text_of((*asset)->digest());
   opened.grid_step = (*asset)->asset_head()->grid.step();
   Result<std::unique_ptr<ProgressiveMesh>> full = load_full(**asset);

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "client/model/segment_stream.h"
 #include "client/session/view_session.h"
 #include "common/asset/asset_layout.h"
 #include "protocol/runs.h"
@@ -58,6 +59,9 @@ class SessionTransport {
 // Over a link that exists in numbers only; `asset` is what its server has.
 std::unique_ptr<SessionTransport> simulated_transport(std::shared_ptr<const SegmentSource> asset,
                                                       const VirtualLinkOptions& link, std::string name);
+// The source itself, its model built; told of the settings' stop and progress. Without a folder there is no cache.
+Result<std::unique_ptr<SegmentStream>> open_stream(const SessionSettings& settings,
+                                                   const std::filesystem::path& cache_folder = {});
 // From a server or a file, by the clock.
 Result<std::unique_ptr<SessionTransport>> streamed_transport(const SessionSettings& settings);
 

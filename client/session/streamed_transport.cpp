@@ -3,7 +3,6 @@
 #include <cmath>
 #include <thread>
 
-#include "client/model/segment_stream.h"
 #include "client/session/session_transport.h"
 
 namespace fanstream {
@@ -90,15 +89,21 @@ class StreamedTransport final : public SessionTransport {
 
 }  // namespace
 
-Result<std::unique_ptr<SessionTransport>> streamed_transport(const SessionSettings& settings) {
-  const Clock::time_point begun = Clock::now();
+Result<std::unique_ptr<SegmentStream>> open_stream(const SessionSettings& settings,
+                                                   const std::filesystem::path& cache_folder) {
   SegmentStreamOptions options;
   options.network.client.stop = settings.stop;
   if (settings.progress) {
     options.on_building = [&settings](double done) { settings.progress("the server builds the model", done); };
   }
-  if (settings.cache_folder) options.cache_folder = *settings.cache_folder;
-  Result<std::unique_ptr<SegmentStream>> stream = SegmentStream::open(settings.source, options);
+  options.cache_folder = cache_folder;
+  return SegmentStream::open(settings.source, options);
+}
+
+Result<std::unique_ptr<SessionTransport>> streamed_transport(const SessionSettings& settings) {
+  const Clock::time_point begun = Clock::now();
+  Result<std::unique_ptr<SegmentStream>> stream =
+      open_stream(settings, settings.cache_folder.value_or(std::filesystem::path()));
   if (!stream) return tl::unexpected(stream.error());
   return std::make_unique<StreamedTransport>(std::move(*stream), begun);
 }
