@@ -19,7 +19,7 @@ endforeach()
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
 install(TARGETS ${library_targets} EXPORT fanstream ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY common protocol client DESTINATION ${header_dir} FILES_MATCHING
-  PATTERN "*.h" PATTERN common/install EXCLUDE PATTERN client/commands EXCLUDE)
+  PATTERN "*.h" PATTERN common/install EXCLUDE PATTERN common/import EXCLUDE PATTERN client/commands EXCLUDE)
 install(EXPORT fanstream NAMESPACE fanstream:: FILE fanstreamTargets.cmake DESTINATION ${package_dir})
 
 # Whoever links the libraries needs what they are linked with: each is found by the namespace of its targets.

@@ -11,7 +11,7 @@ namespace fanstream {
 using VertexId = std::uint32_t;
 using Triangle = std::array<VertexId, 3>;  // counter-clockwise seen from outside
 
-// After MeshCleaner (server/import) the mesh is an oriented 2-manifold with boundary, possibly of several components:
+// After MeshCleaner (common/import) the mesh is an oriented 2-manifold with boundary, possibly of several components:
 // every edge has one or two faces, the faces around every vertex form one fan, every vertex is used.
 struct TriangleMesh {
   std::vector<glm::dvec3> positions;

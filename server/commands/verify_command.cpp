@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
+#include "common/import/mesh_cleaner.h"
+#include "common/import/mesh_import.h"
 #include "common/refine/full_mesh.h"
 #include "common/support/progress_bar.h"
 #include "server/commands/commands.h"
 #include "server/commands/output.h"
-#include "server/import/mesh_cleaner.h"
-#include "server/import/mesh_import.h"
 #include "server/verify/asset_checks.h"
 #include "server/verify/source_comparison.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "server/import/mesh_import.h"
+#include "common/import/mesh_import.h"
 
 namespace fanstream {
 

@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
+#include "common/import/mesh_cleaner.h"
 #include "server/build/asset_builder.h"
-#include "server/import/mesh_cleaner.h"
 
 namespace fanstream {
 

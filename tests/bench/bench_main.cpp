@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "server/import/mesh_cleaner.h"
-#include "server/import/mesh_import.h"
+#include "common/import/mesh_cleaner.h"
+#include "common/import/mesh_import.h"
 #include "tests/bench/load_measure.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/model_report.h"

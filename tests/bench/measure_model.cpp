@@ -6,10 +6,10 @@
 #include <glm/geometric.hpp>
 
 #include "common/fans/fan_cover.h"
+#include "common/import/mesh_cleaner.h"
+#include "common/import/mesh_import.h"
 #include "server/build/layer_plan.h"
 #include "server/build/simplifier.h"
-#include "server/import/mesh_cleaner.h"
-#include "server/import/mesh_import.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/thread_clock.h"
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "server/import/mesh_cleaner.h"
-#include "server/import/mesh_import.h"
+#include "common/import/mesh_cleaner.h"
+#include "common/import/mesh_import.h"
 
 namespace fanstream::bench {
 

@@ -7,8 +7,8 @@
 #include <sstream>
 #include <thread>
 
+#include "common/import/mesh_import.h"
 #include "common/mesh/mesh_hash.h"
-#include "server/import/mesh_import.h"
 #include "tests/support/built_model.h"
 #include "tests/support/cutting_relay.h"
 #include "tests/support/mesh_generators.h"

@@ -5,8 +5,8 @@
 #include <cstdlib>
 
 #include "common/asset/asset_file.h"
+#include "common/import/mesh_cleaner.h"
 #include "server/build/asset_builder.h"
-#include "server/import/mesh_cleaner.h"
 #include "tests/support/mesh_generators.h"
 
 namespace fanstream::testing {

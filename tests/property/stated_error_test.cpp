@@ -10,8 +10,8 @@
 
 #include "client/session/view_model.h"
 #include "common/geometry/triangle_tree.h"
-#include "server/import/mesh_cleaner.h"
-#include "server/import/mesh_import.h"
+#include "common/import/mesh_cleaner.h"
+#include "common/import/mesh_import.h"
 #include "tests/support/asset_helpers.h"
 #include "tests/support/mesh_generators.h"
 #include "tests/support/shared_data.h"

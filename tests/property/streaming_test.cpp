@@ -3,8 +3,8 @@
 
 #include <map>
 
-#include "server/import/mesh_cleaner.h"
-#include "server/import/mesh_import.h"
+#include "common/import/mesh_cleaner.h"
+#include "common/import/mesh_import.h"
 #include "tests/support/asset_helpers.h"
 #include "tests/support/ring_views.h"
 #include "tests/support/shared_data.h"

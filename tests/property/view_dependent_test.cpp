@@ -5,9 +5,9 @@
 #include <map>
 #include <set>
 
+#include "common/import/mesh_cleaner.h"
+#include "common/import/mesh_import.h"
 #include "common/mesh/mesh_hash.h"
-#include "server/import/mesh_cleaner.h"
-#include "server/import/mesh_import.h"
 #include "tests/support/closed_sets.h"
 #include "tests/support/exact_bytes.h"
 #include "tests/support/mesh_generators.h"

@@ -2,10 +2,10 @@
 
 #include <stdexcept>
 
+#include "common/import/mesh_cleaner.h"
+#include "common/import/mesh_import.h"
 #include "common/mesh/mesh_hash.h"
 #include "server/build/asset_builder.h"
-#include "server/import/mesh_cleaner.h"
-#include "server/import/mesh_import.h"
 #include "tests/support/shared_data.h"
 
 namespace fanstream::testing {

@@ -9,8 +9,8 @@
 
 #include "common/geometry/closest_point.h"
 #include "common/geometry/mesh_distance.h"
-#include "server/import/mesh_cleaner.h"
-#include "server/import/mesh_import.h"
+#include "common/import/mesh_cleaner.h"
+#include "common/import/mesh_import.h"
 #include "tests/support/asset_helpers.h"
 #include "tests/support/measured_levels.h"
 #include "tests/support/mesh_generators.h"

@@ -1,0 +1,53 @@
+#include "common/import/mesh_assembly.h"
+
+#include <fmt/format.h>
+
+#include "common/import/polygon_triangulation.h"
+
+namespace fanstream {
+
+std::optional<std::string_view> position_fault(const glm::dvec3& position) {
+  if (std::abs(position.x) <= kMaxCoordinate && std::abs(position.y) <= kMaxCoordinate &&
+      std::abs(position.z) <= kMaxCoordinate) {
+    return std::nullopt;
+  }
+  for (const double x : {position.x, position.y, position.z}) {
+    if (std::isnan(x)) return "has a coordinate that is not a number (NaN)";
+  }
+  for (const double x : {position.x, position.y, position.z}) {
+    if (std::isinf(x)) return "has an infinite coordinate";
+  }
+  return "has a coordinate beyond 1e30: scale the model down";
+}
+
+void MeshAssembly::reserve(std::size_t vertices, std::size_t triangles) {
+  mesh_.positions.reserve(vertices);
+  mesh_.triangles.reserve(triangles);
+}
+
+void MeshAssembly::add_polygon(std::span<const VertexId> corners) {
+  if (corners.size() < 3) {
+    ++too_small_polygons_;
+  } else if (corners.size() == 3) {
+    mesh_.triangles.push_back({corners[0], corners[1], corners[2]});
+  } else {
+    polygon_corners_.insert(polygon_corners_.end(), corners.begin(), corners.end());
+    polygon_sizes_.push_back(static_cast<std::uint32_t>(corners.size()));
+    polygon_triangles_ += corners.size() - 2;
+  }
+}
+
+TriangleMesh MeshAssembly::finish(std::vector<std::string>& warnings) {
+  mesh_.triangles.reserve(triangle_count());
+  std::size_t first = 0;
+  for (const std::uint32_t size : polygon_sizes_) {
+    triangulate_polygon(mesh_.positions, std::span(polygon_corners_).subspan(first, size), mesh_.triangles);
+    first += size;
+  }
+  if (too_small_polygons_ > 0) {
+    warnings.push_back(fmt::format("{} faces of fewer than three corners were ignored.", too_small_polygons_));
+  }
+  return std::move(mesh_);
+}
+
+}  // namespace fanstream

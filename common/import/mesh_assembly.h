@@ -1,0 +1,39 @@
+// What the readers of polygon formats share: gathering vertices and faces in any order and making triangles of them.
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "common/import/mesh_import.h"
+
+namespace fanstream {
+
+// Why a position is refused ("is not a number", ...), or nothing where it is fine.
+std::optional<std::string_view> position_fault(const glm::dvec3& position);
+
+class MeshAssembly {
+ public:
+  void reserve(std::size_t vertices, std::size_t triangles);
+
+  std::vector<glm::dvec3>& positions() { return mesh_.positions; }
+  void add_triangle(const Triangle& triangle) { mesh_.triangles.push_back(triangle); }
+  // Corners are checked and triangulated by finish(), when all positions are known. Polygons of one or two corners
+  // draw nothing and are counted for a warning.
+  void add_polygon(std::span<const VertexId> corners);
+  // Triangles so far, and those that the polygons will give.
+  std::size_t triangle_count() const { return mesh_.triangles.size() + polygon_triangles_; }
+
+  // The mesh, once all indices are known to be in range. Appends to warnings what add_polygon() left out.
+  TriangleMesh finish(std::vector<std::string>& warnings);
+
+ private:
+  TriangleMesh mesh_;
+  std::vector<VertexId> polygon_corners_;
+  std::vector<std::uint32_t> polygon_sizes_;
+  std::size_t polygon_triangles_ = 0;
+  std::size_t too_small_polygons_ = 0;
+};
+
+}  // namespace fanstream
