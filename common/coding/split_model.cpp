@@ -124,10 +124,31 @@ float power_of_eighths(int eighths) {
 
 }  // namespace
 
+namespace {
+
+using SymbolTables = std::array<FrequencyTable, SymbolContexts::kTables>;
+
+FrequencyTable symbol_table(const SplitStatistics& statistics, std::size_t t) {
+  const auto count = static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t)));
+  return table_of(std::span(statistics.symbols[t]).first(count));
+}
+
+// Most models keep most of them, and a small one takes less time to decode than its tables would to make.
+const SymbolTables& built_in_tables() {
+  static const SymbolTables tables = [] {
+    SymbolTables made;
+    for (std::size_t t = 0; t < made.size(); ++t) made[t] = symbol_table(SplitStatistics::built_in(), t);
+    return made;
+  }();
+  return tables;
+}
+
+}  // namespace
+
 SplitModel::SplitModel(const SplitStatistics& statistics) {
+  const SplitStatistics& built_in = SplitStatistics::built_in();
   for (std::size_t t = 0; t < symbols.size(); ++t) {
-    const auto count = static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t)));
-    symbols[t] = table_of(std::span(statistics.symbols[t]).first(count));
+    symbols[t] = statistics.symbols[t] == built_in.symbols[t] ? built_in_tables()[t] : symbol_table(statistics, t);
   }
   for (std::size_t c = 0; c < weights.size(); ++c) {
     for (std::size_t f = 0; f < weights[c].size(); ++f)
