@@ -32,17 +32,15 @@ class EdgeHeap {
   void append(Edge edge, float cost);
   void order_all();
 
-  void put(Edge edge, float cost);                          // adds it, or changes its cost
-  void remove(Edge edge, std::uint32_t state = kAbsent);    // state >= kFirstState; fine if it is not there
+  void put(Edge edge, float cost);                        // adds it, or changes its cost
+  void remove(Edge edge, std::uint32_t state = kAbsent);  // state >= kFirstState; fine if it is not there
 
  private:
   struct Entry {
     float cost;
     Edge edge;
   };
-  static bool before(const Entry& a, const Entry& b) {
-    return a.cost != b.cost ? a.cost < b.cost : a.edge < b.edge;
-  }
+  static bool before(const Entry& a, const Entry& b) { return a.cost != b.cost ? a.cost < b.cost : a.edge < b.edge; }
   void set(std::size_t at, const Entry& entry) {
     entries_[at] = entry;
     place_[entry.edge] = static_cast<std::uint32_t>(at);

@@ -30,9 +30,7 @@ struct PlaneQuadric {
   glm::dvec3 turned(const glm::dvec3& p) const {
     return {xx * p.x + xy * p.y + xz * p.z, xy * p.x + yy * p.y + yz * p.z, xz * p.x + yz * p.y + zz * p.z};
   }
-  double at(const glm::dvec3& p) const {
-    return glm::dot(p, turned(p)) + 2.0 * (bx * p.x + by * p.y + bz * p.z) + c;
-  }
+  double at(const glm::dvec3& p) const { return glm::dot(p, turned(p)) + 2.0 * (bx * p.x + by * p.y + bz * p.z) + c; }
   double weight() const { return xx + yy + zz; }  // of all planes together
 };
 

@@ -6,9 +6,9 @@
 namespace fanstream {
 namespace {
 
-// Where a surface is flat every merge costs nothing. This share of its planes' weight times the squared length makes short
-// edges go first, so that flat parts thin out evenly.
-constexpr double kLengthShare = 4.0e-5;
+// Where a surface is flat every merge costs nothing. This share of its planes' weight times the squared length makes
+// short edges go first, so that flat parts thin out evenly.
+constexpr double kLengthShare = 1.0e-6;
 
 // Around a vertex with more faces than this, edges are judged anew when they come up, not at every merge beside them.
 constexpr std::uint32_t kLargeStar = 32;
@@ -18,8 +18,10 @@ constexpr double kStaleShare = 1e-6;
 
 }  // namespace
 
-EdgeReducer::EdgeReducer(const TriangleMesh& mesh, const CornerAttributes& attributes, const ReductionOptions& options)
+EdgeReducer::EdgeReducer(const TriangleMesh& mesh, const CornerAttributes& attributes, const ReductionOptions& options,
+                         std::size_t exact_triangles)
     : options_(options),
+      exact_triangles_(exact_triangles),
       positions_(mesh.positions),
       mesh_(mesh),
       wedges_(mesh.triangles, mesh.positions.size(), attributes),
@@ -31,23 +33,24 @@ EdgeReducer::EdgeReducer(const TriangleMesh& mesh, const CornerAttributes& attri
   const glm::dvec3 half = 0.5 * box.high - 0.5 * box.low;
   const double size = std::max({half.x, half.y, half.z});
   scale_ = size > 1e-300 ? 0.5 / size : 0.0;
-  for (HalfEdge h = 0; h < mesh_.half_edge_count(); h += 3) add_face_planes(h, 1.0);
+  scaled_.reserve(positions_.size());
+  for (const glm::dvec3& p : positions_) scaled_.push_back(scaled(p));
+  for (HalfEdge h = 0; h < mesh_.half_edge_count(); h += 3) add_face_planes(h, 1.0 + options_.past_share);
   judge_all();
 }
 
 // The planes of one face: its own at its three corners, and upright ones at its edges on boundaries and seams.
-void EdgeReducer::add_face_planes(HalfEdge any, double sign) {
+void EdgeReducer::add_face_planes(HalfEdge any, double share) {
   const HalfEdge first = any - any % 3;
   const std::array<VertexId, 3> corners{mesh_.origin(first), mesh_.origin(first + 1), mesh_.origin(first + 2)};
-  const std::array<glm::dvec3, 3> p{scaled(positions_[corners[0]]), scaled(positions_[corners[1]]),
-                                    scaled(positions_[corners[2]])};
+  const std::array<glm::dvec3, 3> p{scaled_[corners[0]], scaled_[corners[1]], scaled_[corners[2]]};
   glm::dvec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
   const double length = glm::length(normal);
   if (!(length > 0.0)) return;
   normal /= length;
   const bool by_area = options_.weight == PlaneWeight::area;
   PlaneQuadric plane;
-  plane.add_plane(normal, -glm::dot(normal, p[0]), by_area ? sign * 0.5 * length : sign);
+  plane.add_plane(normal, -glm::dot(normal, p[0]), by_area ? share * 0.5 * length : share);
   for (const VertexId v : corners) quadrics_[v].add(plane);
   for (std::size_t i = 0; i < 3; ++i) {
     if (!is_border(first + static_cast<HalfEdge>(i))) continue;
@@ -56,7 +59,7 @@ void EdgeReducer::add_face_planes(HalfEdge any, double sign) {
     const double along_length = glm::length(along);
     if (!(along_length > 0.0)) continue;
     const glm::dvec3 upright = glm::cross(along / along_length, normal);
-    const double weight = sign * options_.border_weight * (by_area ? along_length * along_length : 1.0);
+    const double weight = share * options_.border_weight * (by_area ? along_length * along_length : 1.0);
     PlaneQuadric border;
     border.add_plane(upright, -glm::dot(upright, p[i]), weight);
     quadrics_[corners[i]].add(border);
@@ -75,8 +78,8 @@ EdgeReducer::Candidate EdgeReducer::judge(HalfEdge h) const {
   if (!ends.first_removable && !ends.second_removable) return {};
   PlaneQuadric planes = quadrics_[a];
   planes.add(quadrics_[b]);
-  const glm::dvec3 p = scaled(positions_[a]);
-  const glm::dvec3 q = scaled(positions_[b]);
+  const glm::dvec3 p = scaled_[a];
+  const glm::dvec3 q = scaled_[b];
   Candidate candidate{0.0, 0.0, a, true};
   if (ends.first_removable && ends.second_removable) {
     const EdgePlace place = place_on_edge(planes, p, q);
@@ -107,6 +110,13 @@ void EdgeReducer::judge_all() {
   heap_.order_all();
 }
 
+void EdgeReducer::become_exact() {
+  exact_ = true;
+  for (HalfEdge h = 0; h < mesh_.half_edge_count(); ++h) {
+    if (mesh_.is_live(h) && mesh_.edge_of(h) == h) file(h);
+  }
+}
+
 void EdgeReducer::file(HalfEdge h) {
   const HalfEdge edge = mesh_.edge_of(h);
   const Candidate candidate = judge(edge);
@@ -119,7 +129,7 @@ void EdgeReducer::file(HalfEdge h) {
 
 // Whether a face around `moved` that does not vanish with the edge would turn over, or lose its area.
 bool EdgeReducer::folds(HalfEdge h, VertexId moved, const glm::dvec3& place) const {
-  const glm::dvec3 from = scaled(positions_[moved]);
+  const glm::dvec3 from = scaled_[moved];
   const glm::dvec3 to = scaled(place);
   const VertexId a = mesh_.origin(h);
   const VertexId b = mesh_.target(h);
@@ -129,8 +139,8 @@ bool EdgeReducer::folds(HalfEdge h, VertexId moved, const glm::dvec3& place) con
     const VertexId s = mesh_.target(g);
     const VertexId t = mesh_.apex(g);
     if (s == a || s == b || t == a || t == b) return;
-    const glm::dvec3 ps = scaled(positions_[s]);
-    const glm::dvec3 edge = scaled(positions_[t]) - ps;
+    const glm::dvec3 ps = scaled_[s];
+    const glm::dvec3 edge = scaled_[t] - ps;
     const glm::dvec3 before = glm::cross(edge, from - ps);
     const glm::dvec3 after = glm::cross(edge, to - ps);
     const double before_squared = glm::dot(before, before);
@@ -154,6 +164,7 @@ std::uint32_t EdgeReducer::obstacle(HalfEdge h, const glm::dvec3& place) {
 
 bool EdgeReducer::reduce_to(std::size_t triangles) {
   while (mesh_.triangle_count() > triangles) {
+    if (!exact_ && (mesh_.triangle_count() <= exact_triangles_ || heap_.empty())) become_exact();
     if (heap_.empty()) return false;
     const HalfEdge h = heap_.top();
     const Candidate candidate = judge(h);
@@ -192,8 +203,7 @@ void EdgeReducer::merge(HalfEdge h, const Candidate& candidate, const glm::dvec3
   const VertexId removed = mesh_.other_end(h, kept);
   const HalfEdge o = mesh_.opposite(h);
   const std::array<VertexId, 2> apexes{mesh_.apex(h), o == kNoHalfEdge ? mesh_.apex(h) : mesh_.apex(o)};
-  const bool current = options_.planes == PlaneSet::current;
-  if (current) take_star_away(h);
+  take_star_away(h);
   for (const HalfEdge gone : {h, o}) {
     if (gone == kNoHalfEdge) continue;
     for (const HalfEdge g : {gone, next_of(gone), previous_of(gone)}) heap_.remove(mesh_.edge_of(g));
@@ -203,25 +213,24 @@ void EdgeReducer::merge(HalfEdge h, const Candidate& candidate, const glm::dvec3
   wedges_.settle(mesh_, kept);
   for (const VertexId apex : apexes) wedges_.settle(mesh_, apex);
   positions_[kept] = place;
-  if (current) {
-    quadrics_[kept] = {};
-    mesh_.for_each_outgoing(kept, [&](HalfEdge g) { add_face_planes(g, 1.0); });
-  } else {
-    quadrics_[kept].add(quadrics_[removed]);
-  }
+  scaled_[kept] = scaled(place);
+  // Without their faces, both ends have nothing but their past left.
+  quadrics_[kept].add(quadrics_[removed]);
+  mesh_.for_each_outgoing(kept, [&](HalfEdge g) { add_face_planes(g, 1.0); });
   judge_around(kept);
 }
 
 void EdgeReducer::judge_around(VertexId vertex) {
   mesh_.for_each_edge(vertex, [&](HalfEdge h) { file(h); });
-  const bool current = options_.planes == PlaneSet::current;
+  mesh_.begin_marks();
+  mesh_.mark(vertex);
   mesh_.for_each_edge(vertex, [&](HalfEdge h) {
     const VertexId beside = mesh_.other_end(h, vertex);
+    mesh_.mark(beside);
     if (mesh_.faces_around(beside) > kLargeStar) return;
     mesh_.for_each_edge(beside, [&](HalfEdge g) {
-      if (mesh_.other_end(g, beside) == vertex) return;
-      // Its planes have changed, or what has kept it from being merged may be gone.
-      if (current || !heap_.holds(mesh_.edge_of(g))) file(g);
+      // Its planes have changed, and what has kept it from being merged may be gone.
+      if (!mesh_.is_marked(mesh_.other_end(g, beside)) && (exact_ || !heap_.holds(mesh_.edge_of(g)))) file(g);
     });
   });
 }
@@ -235,9 +244,9 @@ std::string EdgeReducer::shortfall() const {
     const std::uint32_t state = heap_.state(h);
     if (state >= kBorder && state <= kRing) ++counts[state - kBorder];
   }
-  constexpr std::array<const char*, 4> kReasons{
-      "would take a vertex off a boundary or a seam", "would change the topology", "would turn a face over",
-      "would gather too many faces around a vertex"};
+  constexpr std::array<const char*, 4> kReasons{"would take a vertex off a boundary or a seam",
+                                                "would change the topology", "would turn a face over",
+                                                "would gather too many faces around a vertex"};
   std::string text = "none of the " + std::to_string(edges) + " edges left may be merged:";
   const char* separator = " ";
   for (std::size_t i = 0; i < counts.size(); ++i) {

@@ -16,8 +16,11 @@ namespace fanstream {
 // Not thread safe.
 class EdgeReducer {
  public:
-  // Preconditions as checked by reduce_mesh.
-  EdgeReducer(const TriangleMesh& mesh, const CornerAttributes& attributes, const ReductionOptions& options);
+  // Preconditions as checked by reduce_mesh. Down to `exact_triangles`, an edge whose surroundings have changed is
+  // judged anew only when its turn comes (which takes 0.6 of the time); from there on at once, so that always the
+  // cheapest goes.
+  EdgeReducer(const TriangleMesh& mesh, const CornerAttributes& attributes, const ReductionOptions& options,
+              std::size_t exact_triangles);
 
   std::size_t triangle_count() const { return mesh_.triangle_count(); }
   // Merges until at most so many triangles are left; false if no edge may be merged any more.
@@ -36,16 +39,17 @@ class EdgeReducer {
 
   struct Candidate {
     double cost = 0.0;
-    double k = 0.0;         // along the half-edge
+    double k = 0.0;  // along the half-edge
     VertexId kept = 0;
-    bool allowed = false;   // by boundaries and seams
+    bool allowed = false;  // by boundaries and seams
   };
   glm::dvec3 scaled(const glm::dvec3& p) const { return scale_ * (p - center_); }
   bool is_border(HalfEdge h) const {
     return mesh_.opposite(h) == kNoHalfEdge || (!wedges_.empty() && wedges_.is_seam(mesh_, h));
   }
-  void add_face_planes(HalfEdge any, double sign);
+  void add_face_planes(HalfEdge any, double share);
   void judge_all();
+  void become_exact();
   Candidate judge(HalfEdge h) const;
   void file(HalfEdge h);  // into the heap, or among those that may not be merged
   bool folds(HalfEdge h, VertexId moved, const glm::dvec3& place) const;
@@ -55,7 +59,10 @@ class EdgeReducer {
   void judge_around(VertexId vertex);
 
   ReductionOptions options_;
+  std::size_t exact_triangles_;
+  bool exact_ = false;
   std::vector<glm::dvec3> positions_;
+  std::vector<glm::dvec3> scaled_;  // the same in the unit ball
   glm::dvec3 center_{0.0};
   double scale_ = 1.0;
   CollapseMesh mesh_;

@@ -12,6 +12,8 @@ namespace fanstream {
 namespace {
 
 constexpr std::size_t kMostTriangles = std::size_t{1} << 30U;
+// Times the first count: from there on edges are taken in exact order.
+constexpr std::size_t kExactFrom = 3;
 constexpr VertexId kUnused = 0xFFFFFFFFU;
 
 bool finite(const glm::dvec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
@@ -59,8 +61,8 @@ Result<void> check_attributes(const TriangleMesh& mesh, const CornerAttributes& 
   for (std::size_t t = 0; t < attributes.wedges.size(); ++t) {
     for (const VertexId wedge : attributes.wedges[t]) {
       if (wedge < wedges) continue;
-      return fail(ErrorKind::bad_input, "triangle " + std::to_string(t) + " names attributes " +
-                                            std::to_string(wedge) + " of " + std::to_string(wedges));
+      return fail(ErrorKind::bad_input, "triangle " + std::to_string(t) + " names attributes " + std::to_string(wedge) +
+                                            " of " + std::to_string(wedges));
     }
   }
   for (std::size_t w = 0; w < wedges; ++w) {
@@ -80,7 +82,7 @@ Result<void> reduce_mesh(const TriangleMesh& mesh, const CornerAttributes& attri
   if (auto checked = check_counts(triangle_counts); !checked) return checked;
   if (auto checked = check_mesh(mesh); !checked) return checked;
   if (auto checked = check_attributes(mesh, attributes); !checked) return checked;
-  EdgeReducer reducer(mesh, attributes, options);
+  EdgeReducer reducer(mesh, attributes, options, kExactFrom * std::min(triangle_counts.front(), kMostTriangles));
   const std::size_t last = triangle_counts.back();
   const std::size_t all = std::max(mesh.triangles.size(), last);
   const auto go_on = [&] {

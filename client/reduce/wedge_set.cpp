@@ -27,8 +27,7 @@ WedgeSet::WedgeSet(const std::vector<Triangle>& triangles, std::size_t vertex_co
 }
 
 bool WedgeSet::equal(std::uint32_t wedge, std::uint32_t source, const VertexAttributes& from) const {
-  if (!from.texture_coordinates.empty() &&
-      values_.texture_coordinates[wedge] != from.texture_coordinates[source]) {
+  if (!from.texture_coordinates.empty() && values_.texture_coordinates[wedge] != from.texture_coordinates[source]) {
     return false;
   }
   return from.colors.empty() || values_.colors[wedge] == from.colors[source];

@@ -26,8 +26,8 @@ class WedgeSet {
   bool empty() const { return wedge_of_.empty(); }
   bool is_seam(const CollapseMesh& mesh, HalfEdge h) const;
 
-  // An end is removable where all its wedges touch the edge and those of either side can become the other end's. If both
-  // ends are, the new vertex may lie anywhere on the edge; if one is, at the other end.
+  // An end is removable where all its wedges touch the edge and those of either side can become the other end's. If
+  // both ends are, the new vertex may lie anywhere on the edge; if one is, at the other end.
   EdgeEnds ends(const CollapseMesh& mesh, HalfEdge h) const;
 
   // What the edge's collapse does to the attributes; to be called before CollapseMesh::collapse with the same
@@ -53,9 +53,9 @@ class WedgeSet {
   Sides sides(const CollapseMesh& mesh, HalfEdge h) const;
   bool removable(VertexId v, const Sides& sides, std::size_t end) const;
 
-  std::vector<std::uint32_t> wedge_of_;     // of corners, numbered as half-edges
-  std::vector<std::uint32_t> wedge_count_;  // of vertices
-  std::vector<std::uint32_t> first_, next_; // while they are gathered: the wedges of each vertex
+  std::vector<std::uint32_t> wedge_of_;      // of corners, numbered as half-edges
+  std::vector<std::uint32_t> wedge_count_;   // of vertices
+  std::vector<std::uint32_t> first_, next_;  // while they are gathered: the wedges of each vertex
   VertexAttributes values_;
 };
 
