@@ -28,7 +28,7 @@ struct ReductionOptions {
   // Besides the planes of the faces that are around an edge now, which the source counts, those of all faces that were
   // there before count this many times their own weight; 0 is the source's rule. Without memory thin parts vanish at
   // strong reduction: no plane around a limb is against making it shorter.
-  double past_share = 0.1;
+  double past_share = 0.3;
   // Boundaries and seams of attributes are held by planes upright on their faces, which weigh this many times as much.
   double border_weight = 2.0;
   // A merge that would turn a face by more than this angle's cosine is refused.
