@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <limits>
 
 #include "client/commands/commands.h"
 #include "client/commands/model_options.h"
@@ -29,7 +31,8 @@ constexpr const char* kPictureName = "levels.png";
 
 struct Arguments {
   SourceArguments source;
-  std::vector<std::uint64_t> triangles;
+  std::string triangles;              // "4000,2000"
+  std::vector<std::uint64_t> counts;  // the same, from large to small, each once
   std::string format = "glb";
   std::string weight = "area";
   ReductionOptions options;
@@ -50,6 +53,28 @@ std::string settings_of(const Arguments& arguments) {
                          ? "none"
                          : arguments.camera.size + " " + arguments.camera.eye + " " + arguments.camera.target + " " +
                                arguments.camera.up + " " + fmt::format("{}", arguments.camera.fov_deg));
+}
+
+// Of "N,N,...", from large to small, each once.
+Result<std::vector<std::uint64_t>> parse_counts(const std::string& text) {
+  std::vector<std::uint64_t> counts;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (;;) {
+    std::uint32_t count = 0;
+    const auto [behind, error] = std::from_chars(at, end, count);
+    if (error != std::errc() || count == 0 || (behind != end && *behind != ',')) {
+      return fail(ErrorKind::usage, fmt::format("--triangles {}: expected whole numbers from 1 to {}, for example "
+                                                "4000,2000,1000,200",
+                                                text, std::numeric_limits<std::uint32_t>::max()));
+    }
+    counts.push_back(count);
+    if (behind == end) break;
+    at = behind + 1;
+  }
+  std::sort(counts.begin(), counts.end(), std::greater<>());
+  counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
+  return counts;
 }
 
 // Makes the folder if it is not there.
@@ -284,7 +309,7 @@ LevelManifest wanted_manifest(const Arguments& arguments, const ReduceSource& so
   wanted.source = arguments.source.source;
   wanted.source_hash = source.hash();
   wanted.settings = settings_of(arguments);
-  for (const std::uint64_t count : arguments.triangles) {
+  for (const std::uint64_t count : arguments.counts) {
     wanted.levels.emplace_back();
     wanted.levels.back().asked_triangles = count;
   }
@@ -319,9 +344,9 @@ Result<Outcome> make_levels(const Arguments& arguments, ProgressBar& bar) {
 
 int run_reduce(Arguments& arguments) {
   if (const auto checked = arguments.camera.check(); !checked) return report_error(checked.error());
-  auto& counts = arguments.triangles;
-  std::sort(counts.begin(), counts.end(), std::greater<>());
-  counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
+  Result<std::vector<std::uint64_t>> counts = parse_counts(arguments.triangles);
+  if (!counts) return report_error(counts.error());
+  arguments.counts = std::move(*counts);
   std::error_code ignored;
   const fs::path folder = arguments.source.output;
   if (!fs::is_directory(folder, ignored)) {
@@ -342,14 +367,11 @@ int run_reduce(Arguments& arguments) {
 Command add_reduce_command(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   arguments->camera.size = "480x400";
-  CLI::App* command = app.add_subcommand("reduce", "Make levels of detail of a model here, once, and store them");
+  CLI::App* command = app.add_subcommand("reduce", "Make levels of detail here, once, and store them");
   command->add_option("source", arguments->source.source, "HOST:PORT/MODEL, an asset file, or a mesh file")->required();
   command->add_option("-o,--output", arguments->source.output, "Folder to write to; made if it is missing")->required();
   command->add_flag("--json", arguments->source.json, "Print the report as JSON");
-  command->add_option("--triangles", arguments->triangles, "How many triangles to reduce to: N,N,...")
-      ->delimiter(',')
-      ->required()
-      ->check(not_zero());
+  command->add_option("--triangles", arguments->triangles, "How many triangles to reduce to: N,N,...")->required();
   command->add_option("--format", arguments->format, "Of the level files")
       ->capture_default_str()
       ->check(CLI::IsMember({"glb", "ply", "obj"}));

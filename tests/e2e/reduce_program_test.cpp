@@ -75,7 +75,8 @@ TEST_F(ReduceProgram, AMeshFileGivesAFileForEachCountAndAPicture) {
     }
     EXPECT_GT(json["levels"][1]["relative_rms"], json["levels"][0]["relative_rms"]);
     EXPECT_GT(fs::file_size(json["picture"].get<std::string>()), 2000U);
-    EXPECT_EQ(fs::path(json["levels"][0]["file"].get<std::string>()).filename(), std::string("torus_1000.") + format);
+    EXPECT_EQ(fs::path(json["levels"][0]["file"].get<std::string>()).filename(),
+              std::string("torus_1000.").append(format));
   }
 }
 
@@ -87,7 +88,7 @@ TEST_F(ReduceProgram, AServersModelAndAnAssetFileAreSourcesToo) {
       folder.write("torus.fan", {reinterpret_cast<const char*>(asset->bytes().data()), asset->bytes().size()}).string();
   const nlohmann::json streamed = run_json({server.address() + "/torus", "--triangles", "500", "-o", out("streamed")});
   const nlohmann::json read = run_json({file, "--triangles", "500", "-o", out("read")});
-  EXPECT_EQ(streamed["source_hash"], "asset " + text_of(asset->digest()));
+  EXPECT_EQ(streamed["source_hash"], std::string("asset ").append(text_of(asset->digest())));
   EXPECT_EQ(streamed["source_hash"], read["source_hash"]);
   ASSERT_EQ(streamed["levels"][0]["triangles"], 500);
   const auto mesh = [](const nlohmann::json& json) {
@@ -143,19 +144,18 @@ TEST_F(ReduceProgram, GltfThatNamesABufferIsMadeAnewWhenThatChanges) {
 }
 
 TEST_F(ReduceProgram, TextureCoordinatesGoAlong) {
-  std::string text;
   const TriangleMesh mesh = testing::make_grid(20, 20);
+  std::ostringstream text;
   for (const glm::dvec3& p : mesh.positions) {
-    text += "v " + std::to_string(p.x) + " " + std::to_string(p.y) + " 0\nvt " + std::to_string(p.x / 20) + " " +
-            std::to_string(p.y / 20) + "\n";
+    text << "v " << p.x << ' ' << p.y << " 0\nvt " << p.x / 20 << ' ' << p.y / 20 << '\n';
   }
   for (const Triangle& t : mesh.triangles) {
-    text += "f";
-    for (const VertexId v : t) text += " " + std::to_string(v + 1) + "/" + std::to_string(v + 1);
-    text += "\n";
+    text << 'f';
+    for (const VertexId v : t) text << ' ' << v + 1 << '/' << v + 1;
+    text << '\n';
   }
-  const nlohmann::json json =
-      run_json({folder.write("grid.obj", text).string(), "--triangles", "50", "-o", out("lods"), "--format", "glb"});
+  const nlohmann::json json = run_json(
+      {folder.write("grid.obj", text.str()).string(), "--triangles", "50", "-o", out("lods"), "--format", "glb"});
   EXPECT_EQ(json["texture_coordinates"], true);
   ImportOptions options;
   options.keep_attributes = true;

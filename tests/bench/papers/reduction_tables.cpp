@@ -187,11 +187,13 @@ Result<void> add_rules(const Model& model, const Measure& measure, Table& table)
   return {};
 }
 
-Result<void> draw(const Model& model, const Figures& figures, const std::filesystem::path& path) {
+Result<void> draw(const Model& model, const Figures& figures, const glm::dvec3& from,
+                  const std::filesystem::path& path) {
   constexpr std::uint32_t kWidth = 420, kHeight = 380;
   Result<OffscreenRenderer> renderer = OffscreenRenderer::create(kWidth, kHeight);
   if (!renderer) return tl::unexpected(renderer.error());
   FitOptions view;
+  view.from = from;
   view.aspect = static_cast<double>(kWidth) / kHeight;
   const Camera camera = fit(model.mesh.positions, view);
   std::vector<ContactSheetEntry> entries;
@@ -239,7 +241,9 @@ Result<std::vector<Section>> measure_reduction(const PapersOptions& options) {
     if (auto added = add_rules(*model, measure, rules); !added) return tl::unexpected(added.error());
     if (!textured && std::string_view(file) != kPictured) continue;
     const auto picture = options.pictures / (textured ? "reduction_textured.png" : "reduction.png");
-    if (auto drawn = draw(*model, *figures, picture); !drawn) return tl::unexpected(drawn.error());
+    if (auto drawn = draw(*model, *figures, textured ? glm::dvec3(-0.7, 0.4, -1.0) : FitOptions().from, picture);
+        !drawn)
+      return tl::unexpected(drawn.error());
   }
   std::vector<Section> sections;
   sections.push_back(

@@ -12,6 +12,8 @@
 namespace fanstream {
 namespace {
 
+std::string file_name(const std::string& extension) { return std::string("a").append(extension); }
+
 struct Sample {
   TriangleMesh mesh = testing::make_grid(5, 4);
   VertexAttributes attributes;
@@ -26,12 +28,12 @@ struct Sample {
 
 ImportedMesh written_and_read(const Sample& sample, const std::string& extension) {
   const auto bytes = encode_mesh(sample.mesh.positions, sample.mesh.triangles,
-                                 mesh_file_format("a" + extension).value(), sample.attributes);
+                                 mesh_file_format(file_name(extension)).value(), sample.attributes);
   EXPECT_TRUE(bytes) << bytes.error().message;
   ImportOptions options;
   options.keep_attributes = true;
   const std::string text(bytes->begin(), bytes->end());
-  auto imported = import_mesh_from_memory(text, "a" + extension, options);
+  auto imported = import_mesh_from_memory(text, file_name(extension), options);
   EXPECT_TRUE(imported) << imported.error().message;
   return imported ? std::move(*imported) : ImportedMesh{};
 }
@@ -60,12 +62,11 @@ TEST(AttributeExport, EveryFormatGivesBackWhatItCanHold) {
 TEST(AttributeExport, AFileWithoutAttributesIsAsBefore) {
   const Sample sample;
   for (const char* extension : {".ply", ".obj", ".glb"}) {
-    const MeshFileFormat format = mesh_file_format(std::string("a") + extension).value();
+    const MeshFileFormat format = mesh_file_format(file_name(extension)).value();
     const auto without = encode_mesh(sample.mesh.positions, sample.mesh.triangles, format);
     const auto with = encode_mesh(sample.mesh.positions, sample.mesh.triangles, format, sample.attributes);
     EXPECT_LT(without->size(), with->size());
-    const auto read =
-        import_mesh_from_memory(std::string(without->begin(), without->end()), "a" + std::string(extension));
+    const auto read = import_mesh_from_memory(std::string(without->begin(), without->end()), file_name(extension));
     ASSERT_TRUE(read) << read.error().message;
     EXPECT_TRUE(read->attributes.empty());
     EXPECT_EQ(read->mesh.positions, sample.mesh.positions);
