@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
 
@@ -149,6 +150,57 @@ void add_time(const Model& model, const Figures& figures, Table& table) {
                  std::string(model.attributes.empty() ? "no" : "yes, ours alone keeps them")});
 }
 
+Table texture_table() {
+  return Table({{"model", "", 0},
+                {"triangles", "", 0},
+                {"vertices", "", 0},
+                {"file_vertices", "vertices in the file", 0},
+                {"median_percent", "median %", 3},
+                {"p90_percent", "90 of 100 %", 3}});
+}
+
+glm::dvec2 at_corners(const CornerAttributes& attributes, std::size_t triangle, const glm::dvec3& weights) {
+  glm::dvec2 uv(0.0);
+  for (int i = 0; i < 3; ++i) {
+    const VertexId wedge = attributes.wedges[triangle][static_cast<std::size_t>(i)];
+    uv += weights[i] * attributes.values.texture_coordinates[wedge];
+  }
+  return uv;
+}
+
+// Weights of the corners that give a point of the triangle; thirds where it has no area.
+glm::dvec3 weights_of(const TriangleMesh& mesh, std::size_t triangle, const glm::dvec3& point) {
+  const glm::dvec3 a = mesh.positions[mesh.triangles[triangle][0]];
+  const glm::dvec3 b = mesh.positions[mesh.triangles[triangle][1]] - a;
+  const glm::dvec3 c = mesh.positions[mesh.triangles[triangle][2]] - a;
+  const glm::dvec3 normal = glm::cross(b, c);
+  const double area = glm::dot(normal, normal);
+  if (area == 0.0) return glm::dvec3(1.0 / 3.0);
+  const double second = glm::dot(glm::cross(point - a, c), normal) / area;
+  const double third = glm::dot(glm::cross(b, point - a), normal) / area;
+  return {1.0 - second - third, second, third};
+}
+
+// How far the texture at the middle of each triangle is from that of the closest point of the model.
+void add_texture(const Model& model, const Figures& figures, const TriangleTree& tree, Table& table) {
+  for (const ReducedLevel& level : figures.ours) {
+    std::vector<double> off;
+    for (std::size_t t = 0; t < level.mesh.triangles.size(); ++t) {
+      glm::dvec3 middle(0.0);
+      for (const VertexId v : level.mesh.triangles[t]) middle += level.mesh.positions[v] / 3.0;
+      const SurfacePoint closest = tree.closest(middle);
+      const std::uint32_t source = tree.triangle(closest.slot);
+      off.push_back(
+          glm::distance(at_corners(level.attributes, t, glm::dvec3(1.0 / 3.0)),
+                        at_corners(model.attributes, source, weights_of(model.mesh, source, closest.position))));
+    }
+    std::sort(off.begin(), off.end());
+    table.add_row({model.name, whole(level.mesh.triangles.size()), whole(level.mesh.positions.size()),
+                   whole(split_at_seams(level.mesh, level.attributes).mesh.positions.size()),
+                   percent(off[off.size() / 2]), percent(off[off.size() * 9 / 10])});
+  }
+}
+
 struct Rule {
   const char* name;
   PlaneWeight weight;
@@ -226,6 +278,7 @@ Result<std::vector<Section>> measure_reduction(const PapersOptions& options) {
   Table levels = level_table();
   Table times = time_table();
   Table rules = rule_table();
+  Table textures = texture_table();
   for (const char* file : kModels) {
     if (options.progress) options.progress(fmt::format("reduction: {}", file));
     const Result<Model> model = read_model(options, file);
@@ -239,6 +292,7 @@ Result<std::vector<Section>> measure_reduction(const PapersOptions& options) {
     add_time(*model, *figures, times);
     const bool textured = std::string_view(file) == kTextured;
     if (auto added = add_rules(*model, measure, rules); !added) return tl::unexpected(added.error());
+    if (textured) add_texture(*model, *figures, *tree, textures);
     if (!textured && std::string_view(file) != kPictured) continue;
     const auto picture = options.pictures / (textured ? "reduction_textured.png" : "reduction.png");
     if (auto drawn = draw(*model, *figures, textured ? glm::dvec3(-0.7, 0.4, -1.0) : FitOptions().from, picture);
@@ -257,6 +311,10 @@ Result<std::vector<Section>> measure_reduction(const PapersOptions& options) {
                       "CPU time of one thread, least of several runs in turn: ours makes all four levels in one pass; "
                       "meshoptimizer starts from the model for each (its conversion to floats included)",
                       std::move(times)});
+  sections.push_back({"reduction_texture",
+                      "Texture coordinates, interpolated by the same k: at the middle of each triangle, their distance "
+                      "from those of the closest point of the model, of the picture's side",
+                      std::move(textures)});
   sections.push_back({"reduction_rules",
                       "Which planes an edge is judged by: the source's rule, and what area weights and a share of the "
                       "planes that were there before change",
