@@ -1,4 +1,4 @@
-// fanstream-client: lists, fetches and draws models of a Fanstream server or of an asset file.
+// fanstream-client: lists, fetches, draws and reduces models of a Fanstream server or of an asset file.
 #include <array>
 #include <new>
 

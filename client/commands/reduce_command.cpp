@@ -146,7 +146,7 @@ class LevelMaker {
   }
 
   Result<void> take(const ReducedLevel& level, StoredLevel& stored) {
-    if (auto going = go_on(); !going) return going;
+    if (stop_flag()) return fail(ErrorKind::interrupted, "stopped by the user");
     Clock::time_point start = Clock::now();
     DistanceOptions sampling;
     sampling.face_samples = 50'000;
