@@ -55,13 +55,6 @@ double component(const char* at, int type, bool normalized) {
   }
 }
 
-glm::dvec3 position_at(const char* at, const tinygltf::Accessor& accessor) {
-  const std::size_t size = component_bytes(accessor.componentType);
-  return {component(at, accessor.componentType, accessor.normalized),
-          component(at + size, accessor.componentType, accessor.normalized),
-          component(at + 2 * size, accessor.componentType, accessor.normalized)};
-}
-
 std::uint32_t index_at(const char* at, int type) {
   if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return load<std::uint8_t>(at);
   if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return load<std::uint16_t>(at);
@@ -173,24 +166,62 @@ Result<void> GltfAccessors::apply_sparse(int index, std::size_t value_bytes, Rep
   return {};
 }
 
-Result<std::vector<glm::dvec3>> GltfAccessors::positions(int index) const {
+template <std::size_t components>
+Result<std::vector<std::array<double, components>>> GltfAccessors::numbers(int index, int type) const {
   if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size()) {
     return fail_accessor(index, "does not exist");
   }
   const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index)];
   const std::size_t size = component_bytes(accessor.componentType);
   if (size == 0) return fail_accessor(index, "has an unknown component type");
-  const Result<Values> values = locate(index, TINYGLTF_TYPE_VEC3, 3 * size);
+  const Result<Values> values = locate(index, type, components * size);
   if (!values) return tl::unexpected(values.error());
-  std::vector<glm::dvec3> positions(values->count, glm::dvec3(0));
-  if (values->first != nullptr) {
-    for (std::size_t i = 0; i < values->count; ++i) {
-      positions[i] = position_at(values->first + i * values->stride_bytes, accessor);
+  std::vector<std::array<double, components>> numbers(values->count);
+  const auto set = [&](std::size_t place, const char* at) {
+    for (std::size_t c = 0; c < components; ++c) {
+      numbers[place][c] = component(at + c * size, accessor.componentType, accessor.normalized);
     }
+  };
+  if (values->first != nullptr) {
+    for (std::size_t i = 0; i < values->count; ++i) set(i, values->first + i * values->stride_bytes);
   }
-  const auto replace = [&](std::size_t place, const char* value) { positions[place] = position_at(value, accessor); };
-  if (Result<void> done = apply_sparse(index, 3 * size, replace); !done) return tl::unexpected(done.error());
+  if (Result<void> done = apply_sparse(index, components * size, set); !done) return tl::unexpected(done.error());
+  return numbers;
+}
+
+Result<std::vector<glm::dvec3>> GltfAccessors::positions(int index) const {
+  const auto values = numbers<3>(index, TINYGLTF_TYPE_VEC3);
+  if (!values) return tl::unexpected(values.error());
+  std::vector<glm::dvec3> positions;
+  positions.reserve(values->size());
+  for (const auto& [x, y, z] : *values) positions.emplace_back(x, y, z);
   return positions;
+}
+
+Result<std::vector<glm::dvec2>> GltfAccessors::texture_coordinates(int index) const {
+  const auto values = numbers<2>(index, TINYGLTF_TYPE_VEC2);
+  if (!values) return tl::unexpected(values.error());
+  std::vector<glm::dvec2> coordinates;
+  coordinates.reserve(values->size());
+  for (const auto& [u, v] : *values) coordinates.emplace_back(u, v);
+  return coordinates;
+}
+
+Result<std::vector<glm::vec4>> GltfAccessors::colors(int index) const {
+  const bool exists = index >= 0 && static_cast<std::size_t>(index) < model_.accessors.size();
+  std::vector<glm::vec4> colors;
+  if (exists && model_.accessors[static_cast<std::size_t>(index)].type == TINYGLTF_TYPE_VEC4) {
+    const auto values = numbers<4>(index, TINYGLTF_TYPE_VEC4);
+    if (!values) return tl::unexpected(values.error());
+    colors.reserve(values->size());
+    for (const auto& [r, g, b, a] : *values) colors.emplace_back(r, g, b, a);
+    return colors;
+  }
+  const auto values = numbers<3>(index, TINYGLTF_TYPE_VEC3);
+  if (!values) return tl::unexpected(values.error());
+  colors.reserve(values->size());
+  for (const auto& [r, g, b] : *values) colors.emplace_back(r, g, b, 1.0);
+  return colors;
 }
 
 Result<std::vector<std::uint32_t>> GltfAccessors::indices(int index) const {

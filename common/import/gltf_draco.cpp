@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 namespace fanstream {
 namespace {
@@ -43,10 +44,41 @@ bool read_claimed_faces(std::string_view bytes, std::uint64_t& faces) {
   return true;
 }
 
+// Up to four components of every point; those that are missing are 1. False where a point has no value.
+bool read_values(const draco::Mesh& source, const DracoAttribute& wanted, std::vector<std::array<float, 4>>& values) {
+  const draco::PointAttribute* attribute = source.GetAttributeByUniqueId(wanted.id);
+  if (attribute == nullptr || attribute->num_components() < 2 || attribute->num_components() > 4) return false;
+  float scale = 1.0F;  // Draco scales what it has been told is normalised
+  if (wanted.normalized && !attribute->normalized()) {
+    switch (attribute->data_type()) {
+      case draco::DT_INT8: scale = 1.0F / 127.0F; break;
+      case draco::DT_UINT8: scale = 1.0F / 255.0F; break;
+      case draco::DT_INT16: scale = 1.0F / 32767.0F; break;
+      case draco::DT_UINT16: scale = 1.0F / 65535.0F; break;
+      default: break;
+    }
+  }
+  values.reserve(source.num_points());
+  for (draco::PointIndex point(0); point < source.num_points(); ++point) {
+    std::array<float, 4> value{};
+    const draco::AttributeValueIndex index = attribute->mapped_index(point);
+    if (index.value() >= attribute->size() ||
+        !attribute->ConvertValue<float>(index, attribute->num_components(), value.data())) {
+      return false;
+    }
+    for (std::size_t c = 0; c < 4; ++c) {
+      value[c] = c < static_cast<std::size_t>(attribute->num_components()) ? scale * value[c] : 1.0F;
+    }
+    values.push_back(value);
+  }
+  return true;
+}
+
 }  // namespace
 
-Result<TriangleMesh> decode_draco_primitive(const InputFile& file, std::string_view bytes, std::uint32_t position_id,
-                                            std::string_view what, const ImportOptions& options) {
+Result<DracoPrimitive> decode_draco_primitive(const InputFile& file, std::string_view bytes,
+                                              const DracoAttributes& attributes, std::string_view what,
+                                              const ImportOptions& options) {
   const auto refuse = [&](std::string_view why) {
     return fail_in(file, ErrorKind::bad_input, fmt::format("{}: its Draco data {}", what, why));
   };
@@ -61,11 +93,12 @@ Result<TriangleMesh> decode_draco_primitive(const InputFile& file, std::string_v
   auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
   if (!decoded.ok()) return refuse(fmt::format("cannot be decoded: {}", decoded.status().error_msg_string()));
   const draco::Mesh& source = *decoded.value();
-  const draco::PointAttribute* attribute = source.GetAttributeByUniqueId(position_id);
+  const draco::PointAttribute* attribute = source.GetAttributeByUniqueId(attributes.position_id);
   if (attribute == nullptr || attribute->num_components() != 3) {
-    return refuse(fmt::format("has no attribute {} of three components", position_id));
+    return refuse(fmt::format("has no attribute {} of three components", attributes.position_id));
   }
-  TriangleMesh mesh;
+  DracoPrimitive primitive;
+  TriangleMesh& mesh = primitive.mesh;
   mesh.positions.resize(source.num_points());
   for (draco::PointIndex point(0); point < source.num_points(); ++point) {
     const draco::AttributeValueIndex value = attribute->mapped_index(point);
@@ -83,7 +116,17 @@ Result<TriangleMesh> decode_draco_primitive(const InputFile& file, std::string_v
     }
     mesh.triangles.push_back(triangle);
   }
-  return mesh;
+  std::vector<std::array<float, 4>> values;
+  if (attributes.texture_coordinates) {
+    if (!read_values(source, *attributes.texture_coordinates, values)) return refuse("lacks texture coordinates");
+    for (const auto& v : values) primitive.attributes.texture_coordinates.emplace_back(v[0], v[1]);
+    values.clear();
+  }
+  if (attributes.colors) {
+    if (!read_values(source, *attributes.colors, values)) return refuse("lacks colours");
+    for (const auto& v : values) primitive.attributes.colors.emplace_back(v[0], v[1], v[2], v[3]);
+  }
+  return primitive;
 }
 
 }  // namespace fanstream

@@ -1,6 +1,7 @@
 // Meshes compressed by Draco inside glTF (KHR_draco_mesh_compression).
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 #include "common/import/input_file.h"
@@ -8,9 +9,23 @@
 
 namespace fanstream {
 
-// Decodes one compressed primitive; `position_id` is the unique id of Draco's position attribute. `what` names the
-// primitive in errors. Positions are dequantised as Draco does it; indices are checked.
-Result<TriangleMesh> decode_draco_primitive(const InputFile& file, std::string_view bytes, std::uint32_t position_id,
-                                            std::string_view what, const ImportOptions& options);
+struct DracoAttribute {
+  std::uint32_t id = 0;     // Draco's unique id
+  bool normalized = false;  // as the accessor has it: integers stand for [0, 1] or [-1, 1]
+};
+struct DracoAttributes {
+  std::uint32_t position_id = 0;
+  std::optional<DracoAttribute> texture_coordinates, colors;  // where they are wanted and there
+};
+struct DracoPrimitive {
+  TriangleMesh mesh;
+  VertexAttributes attributes;
+};
+
+// Decodes one compressed primitive. `what` names it in errors. Values are dequantised as Draco does it; indices are
+// checked.
+Result<DracoPrimitive> decode_draco_primitive(const InputFile& file, std::string_view bytes,
+                                              const DracoAttributes& attributes, std::string_view what,
+                                              const ImportOptions& options);
 
 }  // namespace fanstream

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "common/import/attribute_lists.h"
 #include "common/import/gltf_accessor.h"
 #include "common/import/gltf_container.h"
 #include "common/import/gltf_draco.h"
@@ -114,11 +115,17 @@ class GltfReader {
       if (has_mesh(node)) ++uses_of_mesh_[static_cast<std::size_t>(node.mesh)];
     }
     if (Result<void> done = place_scene(); !done) return tl::unexpected(done.error());
+    finish_attributes(result_.attributes, result_.mesh.positions.size(), result_.warnings);
     note_oddities();
     return std::move(result_);
   }
 
  private:
+  struct Decoded {
+    TriangleMesh mesh;
+    VertexAttributes attributes;
+  };
+
   bool has_mesh(const tinygltf::Node& node) const {
     return node.mesh >= 0 && static_cast<std::size_t>(node.mesh) < model_.meshes.size();
   }
@@ -225,7 +232,7 @@ class GltfReader {
     if (node.extensions.contains("EXT_mesh_gpu_instancing")) ++gpu_instanced_nodes_;
     const auto mesh_index = static_cast<std::size_t>(node.mesh);
     if (!decoded_[mesh_index]) {
-      Result<TriangleMesh> decoded = decode_mesh(mesh_index);
+      Result<Decoded> decoded = decode_mesh(mesh_index);
       if (!decoded) return tl::unexpected(decoded.error());
       decoded_[mesh_index] = std::move(*decoded);
     }
@@ -234,7 +241,8 @@ class GltfReader {
     return {};
   }
 
-  Result<void> place(const TriangleMesh& source, std::size_t node_index, const glm::dmat4& world) {
+  Result<void> place(const Decoded& decoded, std::size_t node_index, const glm::dmat4& world) {
+    const TriangleMesh& source = decoded.mesh;
     TriangleMesh& mesh = result_.mesh;
     const std::size_t vertices = mesh.positions.size() + source.positions.size();
     const std::size_t triangles = mesh.triangles.size() + source.triangles.size();
@@ -246,6 +254,7 @@ class GltfReader {
                       node_index, vertices, triangles));
     }
     const auto first = static_cast<VertexId>(mesh.positions.size());
+    append_attributes(result_.attributes, first, decoded.attributes);
     for (const glm::dvec3& p : source.positions) {
       const glm::dvec3 position(world * glm::dvec4(p, 1));
       if (const auto fault = position_fault(position)) {
@@ -263,10 +272,10 @@ class GltfReader {
   }
 
   // All triangles of one mesh in its own coordinates.
-  Result<TriangleMesh> decode_mesh(std::size_t mesh_index) {
+  Result<Decoded> decode_mesh(std::size_t mesh_index) {
     const tinygltf::Mesh& mesh = model_.meshes[mesh_index];
-    TriangleMesh decoded;
-    std::map<int, Block> blocks;
+    Decoded decoded;
+    std::map<std::array<int, 3>, Block> blocks;
     for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
       const std::string what = fmt::format("mesh {}, primitive {}", mesh_index, p);
       const tinygltf::Primitive& primitive = mesh.primitives[p];
@@ -277,7 +286,7 @@ class GltfReader {
       const bool draco = primitive.extensions.contains(std::string(kDraco));
       Result<void> done = draco ? add_draco(primitive, what, decoded) : add_plain(primitive, what, blocks, decoded);
       if (!done) return tl::unexpected(done.error());
-      if (exceeds_limits(decoded.positions.size(), decoded.triangles.size())) {
+      if (exceeds_limits(decoded.mesh.positions.size(), decoded.mesh.triangles.size())) {
         return fail_in(file_, ErrorKind::limit, what + ": more vertices or triangles than is allowed for this file");
       }
     }
@@ -285,7 +294,23 @@ class GltfReader {
     return decoded;
   }
 
-  Result<void> add_draco(const tinygltf::Primitive& primitive, const std::string& what, TriangleMesh& mesh) {
+  // The accessor of an attribute that is wanted; -1 where it is not, or not there.
+  int attribute_of(const tinygltf::Primitive& primitive, const char* name) const {
+    const auto attribute = primitive.attributes.find(name);
+    return options_.keep_attributes && attribute != primitive.attributes.end() ? attribute->second : -1;
+  }
+
+  std::optional<DracoAttribute> draco_attribute(const tinygltf::Primitive& primitive, const tinygltf::Value& ids,
+                                                const char* name) const {
+    const tinygltf::Value id = ids.Get(name);
+    if (!options_.keep_attributes || !id.IsInt() || id.GetNumberAsInt() < 0) return std::nullopt;
+    const int accessor = attribute_of(primitive, name);
+    const bool known = accessor >= 0 && static_cast<std::size_t>(accessor) < model_.accessors.size();
+    return DracoAttribute{static_cast<std::uint32_t>(id.GetNumberAsInt()),
+                          known && model_.accessors[static_cast<std::size_t>(accessor)].normalized};
+  }
+
+  Result<void> add_draco(const tinygltf::Primitive& primitive, const std::string& what, Decoded& decoded) {
     const tinygltf::Value& extension = primitive.extensions.at(std::string(kDraco));
     const tinygltf::Value view = extension.Get("bufferView");
     const tinygltf::Value attributes = extension.Get("attributes");
@@ -295,34 +320,45 @@ class GltfReader {
     }
     const Result<std::string_view> bytes = accessors_.view_bytes(view.GetNumberAsInt());
     if (!bytes) return tl::unexpected(bytes.error());
-    const Result<TriangleMesh> part =
-        decode_draco_primitive(file_, *bytes, static_cast<std::uint32_t>(position.GetNumberAsInt()), what, options_);
+    const DracoAttributes wanted{static_cast<std::uint32_t>(position.GetNumberAsInt()),
+                                 draco_attribute(primitive, attributes, "TEXCOORD_0"),
+                                 draco_attribute(primitive, attributes, "COLOR_0")};
+    const Result<DracoPrimitive> part = decode_draco_primitive(file_, *bytes, wanted, what, options_);
     if (!part) return tl::unexpected(part.error());
+    TriangleMesh& mesh = decoded.mesh;
     const auto first = static_cast<VertexId>(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(), part->positions.begin(), part->positions.end());
-    for (const Triangle& t : part->triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    append_attributes(decoded.attributes, first, part->attributes);
+    mesh.positions.insert(mesh.positions.end(), part->mesh.positions.begin(), part->mesh.positions.end());
+    for (const Triangle& t : part->mesh.triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     return {};
   }
 
-  // The vertices of one accessor within a decoded mesh; primitives often share an accessor.
+  // The vertices of one accessor within a decoded mesh; primitives often share an accessor. Those with different
+  // attributes do not share vertices.
   struct Block {
     VertexId first;
     std::size_t count;
   };
 
-  Result<void> add_plain(const tinygltf::Primitive& primitive, const std::string& what, std::map<int, Block>& blocks,
-                         TriangleMesh& mesh) {
+  Result<void> add_plain(const tinygltf::Primitive& primitive, const std::string& what,
+                         std::map<std::array<int, 3>, Block>& blocks, Decoded& decoded) {
     const auto attribute = primitive.attributes.find("POSITION");
     if (attribute == primitive.attributes.end()) {
       ++skipped_primitives_;
       return {};
     }
-    auto block = blocks.find(attribute->second);
+    const std::array<int, 3> key{attribute->second, attribute_of(primitive, "TEXCOORD_0"),
+                                 attribute_of(primitive, "COLOR_0")};
+    TriangleMesh& mesh = decoded.mesh;
+    auto block = blocks.find(key);
     if (block == blocks.end()) {
       const Result<std::vector<glm::dvec3>> positions = accessors_.positions(attribute->second);
       if (!positions) return tl::unexpected(with_what(positions.error(), what));
       const auto first = static_cast<VertexId>(mesh.positions.size());
-      block = blocks.emplace(attribute->second, Block{first, positions->size()}).first;
+      const Result<VertexAttributes> attributes = attributes_of(key, positions->size(), what);
+      if (!attributes) return tl::unexpected(attributes.error());
+      append_attributes(decoded.attributes, first, *attributes);
+      block = blocks.emplace(key, Block{first, positions->size()}).first;
       mesh.positions.insert(mesh.positions.end(), positions->begin(), positions->end());
     }
     const Result<std::vector<std::uint32_t>> corners = corners_of(primitive, block->second, what);
@@ -331,6 +367,29 @@ class GltfReader {
       return fail_in(file_, ErrorKind::limit, what + ": too many indices");
     add_triangles(primitive.mode, *corners, mesh.triangles);
     return {};
+  }
+
+  // `key`: the accessors of positions, texture coordinates and colours.
+  Result<VertexAttributes> attributes_of(const std::array<int, 3>& key, std::size_t vertices,
+                                         const std::string& what) const {
+    VertexAttributes attributes;
+    if (key[1] >= 0) {
+      Result<std::vector<glm::dvec2>> values = accessors_.texture_coordinates(key[1]);
+      if (!values) return tl::unexpected(with_what(values.error(), what));
+      attributes.texture_coordinates = std::move(*values);
+    }
+    if (key[2] >= 0) {
+      Result<std::vector<glm::vec4>> values = accessors_.colors(key[2]);
+      if (!values) return tl::unexpected(with_what(values.error(), what));
+      attributes.colors = std::move(*values);
+    }
+    for (const auto& [accessor, count] :
+         {std::pair{key[1], attributes.texture_coordinates.size()}, std::pair{key[2], attributes.colors.size()}}) {
+      if (accessor < 0 || count == vertices) continue;
+      return fail_in(file_, ErrorKind::bad_input,
+                     fmt::format("{}: {} positions, but {} values in accessor {}", what, vertices, count, accessor));
+    }
+    return attributes;
   }
 
   Result<std::vector<std::uint32_t>> corners_of(const tinygltf::Primitive& primitive, const Block& block,
@@ -378,7 +437,7 @@ class GltfReader {
   GltfAccessors accessors_;
   ImportedMesh result_;
   std::vector<std::size_t> uses_of_mesh_;
-  std::vector<std::optional<TriangleMesh>> decoded_;  // per mesh, while nodes still use it
+  std::vector<std::optional<Decoded>> decoded_;  // per mesh, while nodes still use it
   std::size_t skipped_primitives_ = 0;
   std::size_t skinned_nodes_ = 0;
   std::size_t morphed_meshes_ = 0;

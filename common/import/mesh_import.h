@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/mesh/triangle_mesh.h"
+#include "common/mesh/vertex_attributes.h"
 #include "common/support/result.h"
 
 namespace fanstream {
@@ -31,10 +32,14 @@ struct ImportOptions {
   // glTF may place one stored mesh many times, so a small file could fill the memory. Placed vertices, and triangles,
   // may number at most this or, where that is more, the bytes of the file.
   std::size_t max_placed_elements = std::size_t{1} << 26;
+  // Reads texture coordinates and colours too, where the file has them. Vertices are then what has one position and one set
+  // of attributes: where corners of one position differ in texture coordinates, it is repeated.
+  bool keep_attributes = false;
 };
 
 struct ImportedMesh {
   TriangleMesh mesh;  // the model's own coordinates and winding; indices in range, positions finite, not cleaned
+  VertexAttributes attributes;  // of the vertices, with keep_attributes; else empty
   MeshFormat format = MeshFormat::ply;
   std::vector<std::string> warnings;  // what was ignored or looked odd, each a whole sentence with its place
 };
@@ -48,6 +53,11 @@ struct ImportedMesh {
 //   triangles, strips and fans; sparse accessors; quantised positions; Draco compression. A mirroring transform flips
 //   the winding. External buffers are read from the file's own folder or below it only. Images are never read. Skins
 //   and morph targets stay in their rest pose, with a warning.
+//
+// Attributes are, with ImportOptions::keep_attributes: TEXCOORD_0 and COLOR_0 of glTF and GLB; vt, and colours behind
+// positions, of OBJ; red, green, blue, alpha, u and v (s and t, texture_u and texture_v) of the vertices and texcoord of
+// the faces of PLY; the colours and texture coordinates of COFF and STOFF. Parts of a scene without them get white and 0, 0.
+// Colours of PLY, OBJ and OFF are taken for sRGB, their v for running up.
 //
 // Errors: not_found, io, bad_input (text in a binary, truncation, an index out of range, a coordinate that is not
 // finite or beyond kMaxCoordinate, no triangles, ...), unsupported, limit. Each message begins with the path and names

@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 
+#include "common/import/attribute_lists.h"
 #include "common/import/mesh_assembly.h"
 #include "common/import/readers.h"
 #include "common/import/text_scanner.h"
@@ -30,6 +31,8 @@ class ObjReader {
       const std::string_view keyword = scanner_.word();
       if (keyword == "v") {
         if (auto done = read_vertex(); !done) return tl::unexpected(done.error());
+      } else if (keyword == "vt" && options_.keep_attributes) {
+        read_texture_coordinate();
       } else if (keyword == "f" || keyword == "fo") {
         if (auto done = read_face(line); !done) return tl::unexpected(done.error());
       } else if (auto done = ignore(keyword, line); !done) {
@@ -42,6 +45,9 @@ class ObjReader {
                                           highest_forward_index_, assembly_.positions().size()));
     }
     ImportedMesh result;
+    if (options_.keep_attributes) {
+      if (auto done = make_wedges(result); !done) return tl::unexpected(done.error());
+    }
     note_oddities(result.warnings);
     result.mesh = assembly_.finish(result.warnings);
     return result;
@@ -64,20 +70,28 @@ class ObjReader {
       return fail_in(file_, ErrorKind::limit, fmt::format("more than the limit of {} vertices", options_.max_vertices));
     }
     assembly_.positions().push_back(position);
+    if (options_.keep_attributes) read_color();
     skip_logical_line();  // a weight or a colour may follow
     return {};
   }
 
   Result<void> read_face(const char* line) {
     corners_.clear();
+    corner_textures_.clear();
     while (true) {
       if (auto done = skip_blanks_and_continuations(); !done) return done;
       if (!scanner_.has_word_in_line()) break;
       if (auto done = read_corner(); !done) return done;
     }
     if (corners_.empty()) return scanner_.fail_at(line, "the face has no corners: the file may be truncated");
-    assembly_.add_polygon(corners_);
-    if (assembly_.triangle_count() > options_.max_triangles) {
+    if (options_.keep_attributes) {
+      faces_.push_back(static_cast<std::uint32_t>(corners_.size()));
+      for (std::size_t i = 0; i < corners_.size(); ++i) face_corners_.push_back({corners_[i], corner_textures_[i]});
+      face_triangles_ += corners_.size() - std::min<std::size_t>(corners_.size(), 2);
+    } else {
+      assembly_.add_polygon(corners_);
+    }
+    if (std::max(assembly_.triangle_count(), face_triangles_) > options_.max_triangles) {
       return fail_in(file_, ErrorKind::limit,
                      fmt::format("more than the limit of {} triangles", options_.max_triangles));
     }
@@ -108,6 +122,81 @@ class ObjReader {
       }
     }
     corners_.push_back(static_cast<VertexId>(resolved - 1));
+    if (options_.keep_attributes)
+      corner_textures_.push_back(texture_of(word.substr(static_cast<std::size_t>(behind - word.data()))));
+    return {};
+  }
+
+  // A colour behind a position, three numbers, as many programs write it.
+  void read_color() {
+    std::array<double, 4> rgba{1.0, 1.0, 1.0, 1.0};
+    std::size_t count = 0;
+    for (double number = 0; count < 5; ++count) {
+      scanner_.skip_blanks();
+      if (scanner_.number(number) != TextScanner::Number::ok) break;
+      if (count < 3) rgba[count] = number;
+    }
+    if (count != 3) return;
+    colors_.resize(assembly_.positions().size() - 1, glm::vec4(1.0F));
+    colors_.push_back(linear_color(rgba));
+  }
+
+  void read_texture_coordinate() {
+    glm::dvec2 uv(0.0);  // v may be left out
+    for (int axis = 0; axis < 2; ++axis) {
+      scanner_.skip_blanks();
+      if (scanner_.number(uv[axis]) != TextScanner::Number::ok) break;
+    }
+    textures_.push_back(v_turned_over(uv));
+    skip_logical_line();
+  }
+
+  // The second number of "7/1/3", counted from 0, or kNoTexture. It may come later in the file.
+  std::uint32_t texture_of(std::string_view rest) const {
+    if (rest.size() < 2 || rest[0] != '/' || rest[1] == '/') return kNoTexture;
+    std::int64_t index = 0;
+    rest.remove_prefix(1);
+    const auto [behind, fault] = std::from_chars(rest.data(), rest.data() + rest.size(), index);
+    if (fault != std::errc() || (behind != rest.data() + rest.size() && *behind != '/')) return kUnknownTexture;
+    if (index < 0) index += static_cast<std::int64_t>(textures_.size()) + 1;
+    return index < 1 || index >= kUnknownTexture ? kUnknownTexture : static_cast<std::uint32_t>(index - 1);
+  }
+
+  // One vertex for each position and texture coordinate that meet at a corner.
+  Result<void> make_wedges(ImportedMesh& result) {
+    WedgeTable<std::uint32_t> wedges(assembly_.positions().size());
+    std::size_t at = 0;
+    for (const std::uint32_t size : faces_) {
+      corners_.clear();
+      for (std::size_t end = at + size; at < end; ++at) {
+        std::uint32_t texture = face_corners_[at][1];
+        if (texture != kNoTexture && texture >= textures_.size()) {
+          ++unknown_textures_;
+          texture = kNoTexture;
+        }
+        corners_.push_back(wedges.add(face_corners_[at][0], texture));
+      }
+      assembly_.add_polygon(corners_);
+    }
+    if (wedges.size() > options_.max_vertices) {
+      return fail_in(file_, ErrorKind::limit, fmt::format("more than the limit of {} vertices", options_.max_vertices));
+    }
+    std::vector<glm::dvec3> positions;
+    positions.reserve(wedges.size());
+    VertexAttributes& attributes = result.attributes;
+    for (std::size_t w = 0; w < wedges.size(); ++w) {
+      const VertexId position = wedges.position(w);
+      positions.push_back(assembly_.positions()[position]);
+      if (!textures_.empty()) {
+        attributes.texture_coordinates.push_back(wedges.key(w) == kNoTexture ? glm::dvec2(0)
+                                                                             : textures_[wedges.key(w)]);
+      }
+      if (!colors_.empty()) {
+        attributes.colors.push_back(position < colors_.size() ? colors_[position] : glm::vec4(1.0F));
+      }
+    }
+    assembly_.positions() = std::move(positions);
+    finish_attributes(attributes, wedges.size(), result.warnings);
     return {};
   }
 
@@ -161,6 +250,10 @@ class ObjReader {
                                      scanner_.line_at(first_unknown_place_), quote(first_unknown_),
                                      unknown_lines_ - 1));
     }
+    if (unknown_textures_ > 0) {
+      warnings.push_back(
+          fmt::format("{} corners name texture coordinates that the file does not have.", unknown_textures_));
+    }
     if (file_.bytes().back() != '\n') {
       warnings.emplace_back("The text ends within a line: the file may be truncated.");
     }
@@ -173,6 +266,16 @@ class ObjReader {
   std::vector<VertexId> corners_;  // of the face at hand
   std::uint64_t highest_forward_index_ = 0;
   const char* highest_forward_place_ = nullptr;
+  // With keep_attributes, until the end, when everything that corners name is known: a position and a texture
+  // coordinate.
+  static constexpr std::uint32_t kNoTexture = 0xFFFFFFFFU, kUnknownTexture = 0xFFFFFFFEU;
+  std::vector<std::uint32_t> corner_textures_;  // of the face at hand
+  std::vector<std::array<std::uint32_t, 2>> face_corners_;
+  std::vector<std::uint32_t> faces_;  // corners of each
+  std::size_t face_triangles_ = 0;
+  std::vector<glm::dvec2> textures_;
+  std::vector<glm::vec4> colors_;
+  std::size_t unknown_textures_ = 0;
   std::size_t free_form_lines_ = 0;
   std::size_t unknown_lines_ = 0;
   std::string_view first_unknown_;

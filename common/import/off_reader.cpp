@@ -1,7 +1,11 @@
 // OFF: Geomview's Object File Format in text, with the prefixes ST, C and N (texture, colour, normal), whose values are
-// ignored, as are colours behind faces.
+// ignored but for colours and texture coordinates that are asked for. Colours behind faces are ignored.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+
+#include "common/import/attribute_lists.h"
 #include "common/import/mesh_assembly.h"
 #include "common/import/readers.h"
 #include "common/import/text_scanner.h"
@@ -32,6 +36,7 @@ class OffReader {
       result.warnings.push_back(
           fmt::format("Line {}: what follows the last face was ignored.", scanner_.line_at(scanner_.place())));
     }
+    if (options_.keep_attributes) take_attributes(result);
     result.mesh = assembly_.finish(result.warnings);
     return result;
   }
@@ -48,6 +53,9 @@ class OffReader {
                     fmt::format("{}: {} files have other than three coordinates: convert to OFF", file_.name(),
                                 quote(keyword)));
       }
+      has_texture_ = prefix.find("ST") != std::string_view::npos;
+      has_color_ = prefix.find('C') != std::string_view::npos;
+      has_normal_ = prefix.find('N') != std::string_view::npos;
       scanner_.skip_blanks();
       const char* behind = scanner_.place();
       if (scanner_.word() == "BINARY") {
@@ -102,8 +110,41 @@ class OffReader {
     }
     if (const auto fault = position_fault(position)) return scanner_.fail_here(fmt::format("vertex {} {}", i, *fault));
     assembly_.positions().push_back(position);
+    if (options_.keep_attributes && (has_color_ || has_texture_)) read_attributes();
     scanner_.skip_line();
     return {};
+  }
+
+  // Behind a position: normal, colour, texture coordinates. What is missing or no number stays as it is by default.
+  void read_attributes() {
+    std::array<double, 9> numbers{};
+    std::size_t count = 0;
+    for (; count < numbers.size(); ++count) {
+      scanner_.skip_blanks();
+      if (scanner_.number(numbers[count]) != TextScanner::Number::ok) break;
+    }
+    std::size_t at = has_normal_ ? 3 : 0;
+    if (has_color_) {
+      const std::size_t end = count - std::min<std::size_t>(count, has_texture_ ? 2 : 0);
+      std::array<double, 4> rgba{-1.0, -1.0, -1.0, -1.0};  // marks what is missing: the scale is not known yet
+      for (std::size_t c = 0; c < 4 && at < end; ++c) rgba[c] = numbers[at++];
+      for (const double part : rgba) largest_color_ = std::max(largest_color_, part);
+      colors_.push_back(rgba);
+    }
+    if (has_texture_) {
+      textures_.push_back(at + 2 <= count ? v_turned_over({numbers[at], numbers[at + 1]}) : glm::dvec2(0));
+    }
+  }
+
+  // Colours are whole numbers up to 255 or fractions up to 1; the largest of the file tells.
+  void take_attributes(ImportedMesh& result) {
+    const double scale = largest_color_ > 1.0 ? 1.0 / 255.0 : 1.0;
+    for (std::array<double, 4>& rgba : colors_) {
+      for (double& part : rgba) part = part < 0.0 ? 1.0 : part * scale;
+      result.attributes.colors.push_back(linear_color(rgba));
+    }
+    result.attributes.texture_coordinates = std::move(textures_);
+    finish_attributes(result.attributes, assembly_.positions().size(), result.warnings);
   }
 
   Result<void> read_face(std::size_t i) {
@@ -144,6 +185,10 @@ class OffReader {
   std::uint64_t vertex_count_ = 0;
   std::uint64_t face_count_ = 0;
   std::vector<VertexId> corners_;  // of the face at hand
+  bool has_texture_ = false, has_color_ = false, has_normal_ = false;
+  std::vector<std::array<double, 4>> colors_;  // as they stand in the file
+  double largest_color_ = 0.0;
+  std::vector<glm::dvec2> textures_;
 };
 
 }  // namespace

@@ -1,10 +1,14 @@
 // PLY: Greg Turk's "The PLY Polygon File Format" (1994), with the type names of later writers.
 #include <fmt/format.h>
 
+#include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 
+#include "common/import/attribute_lists.h"
 #include "common/import/mesh_assembly.h"
 #include "common/import/ply_header.h"
 #include "common/import/readers.h"
@@ -142,18 +146,26 @@ class BodyReader {
       Result<void> done = check_size(element);
       if (done) done = read_element(element);
       if (!done) return tl::unexpected(done.error());
-      if (assembly_.triangle_count() > options_.max_triangles) {
+      if (exceeds_limits()) {
         return fail_in(file, ErrorKind::limit,
-                       fmt::format("more than the limit of {} triangles", options_.max_triangles));
+                       fmt::format("more than the limit of {} triangles or {} vertices", options_.max_triangles,
+                                   options_.max_vertices));
       }
     }
     ImportedMesh result;
     values_.note_rest(result.warnings);
+    result.attributes = std::move(attributes_);
+    finish_attributes(result.attributes, assembly_.positions().size(), result.warnings);
     result.mesh = assembly_.finish(result.warnings);
     return result;
   }
 
  private:
+  // Vertices are counted before they are read, but for those that corners add.
+  bool exceeds_limits() const {
+    return assembly_.triangle_count() > options_.max_triangles || vertex_total_ > options_.max_vertices;
+  }
+
   Result<void> read_element(const PlyElement& element) {
     if (element.name == "vertex") return read_vertices(element);
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
@@ -207,37 +219,146 @@ class BodyReader {
       }
       if (!found) return values_.fail_here(fmt::format("the vertices have no property {}", kAxes[axis]));
     }
+    if (options_.keep_attributes) find_attributes(element, axis_of);
     assembly_.reserve(vertex_count_, 0);
     for (std::uint64_t i = 0; i < element.count; ++i) {
-      glm::dvec3 position(0);
+      std::array<double, kParts> part{};
+      part[kAlpha] = 1.0;
       for (std::size_t p = 0; p < axis_of.size(); ++p) {
         const PlyProperty& property = element.properties[p];
-        const bool done = axis_of[p] < 0 ? skip(property) : values_.decimal(property.type, position[axis_of[p]]);
+        const bool done = axis_of[p] < 0 ? skip(property)
+                                         : values_.decimal(property.type, part[static_cast<std::size_t>(axis_of[p])]);
         if (!done) return values_.fail_value(fmt::format("vertex {}: {}", i, property.name));
       }
+      const glm::dvec3 position(part[0], part[1], part[2]);
       if (const auto fault = position_fault(position)) return values_.fail_here(fmt::format("vertex {} {}", i, *fault));
       assembly_.positions().push_back(position);
+      if (options_.keep_attributes) add_attributes(part);
     }
     return {};
   }
 
+  // Places of a vertex's numbers while it is read: x, y, z, u, v, red, green, blue, alpha.
+  static constexpr std::size_t kU = 3, kRed = 5, kAlpha = 8, kParts = 9;
+
+  // Adds to the places of the properties those of attributes, and notes which are there as a whole.
+  void find_attributes(const PlyElement& element, std::vector<int>& place_of) {
+    constexpr std::array<std::string_view, 4> kColors = {"red", "green", "blue", "alpha"};
+    constexpr std::array<std::array<std::string_view, 2>, 4> kTextures = {
+        {{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}}};
+    std::array<bool, kParts> found{};
+    for (std::size_t p = 0; p < element.properties.size(); ++p) {
+      const PlyProperty& property = element.properties[p];
+      std::string_view name = property.name;
+      if (property.is_list || place_of[p] >= 0) continue;
+      if (name.starts_with("diffuse_")) name.remove_prefix(8);
+      std::size_t place = kParts;
+      for (std::size_t c = 0; c < 4; ++c) place = name == kColors[c] ? kRed + c : place;
+      for (const auto& pair : kTextures) {
+        for (std::size_t c = 0; c < 2; ++c) place = name == pair[c] ? kU + c : place;
+      }
+      if (place == kParts || found[place]) continue;
+      found[place] = true;
+      place_of[p] = static_cast<int>(place);
+      if (place >= kRed) color_scale_[place - kRed] = color_scale(property.type);
+    }
+    has_texture_ = found[kU] && found[kU + 1];
+    has_color_ = found[kRed] && found[kRed + 1] && found[kRed + 2];
+  }
+
+  // Whole numbers stand for fractions of the largest their type holds.
+  static double color_scale(PlyType type) {
+    switch (type) {
+      case PlyType::int8: return 1.0 / 127.0;
+      case PlyType::int16: return 1.0 / 32767.0;
+      case PlyType::uint16: return 1.0 / 65535.0;
+      case PlyType::float32:
+      case PlyType::float64: return 1.0;
+      default: return 1.0 / 255.0;
+    }
+  }
+
+  void add_attributes(const std::array<double, kParts>& part) {
+    if (has_texture_) attributes_.texture_coordinates.push_back(v_turned_over({part[kU], part[kU + 1]}));
+    if (!has_color_) return;
+    std::array<double, 4> rgba{};
+    for (std::size_t c = 0; c < 4; ++c) rgba[c] = part[kRed + c] * color_scale_[c];
+    attributes_.colors.push_back(linear_color(rgba));
+  }
+
+  // MeshLab's texture coordinates at the corners of faces. False where the file ends.
+  bool read_face_texture(const PlyProperty& property) {
+    std::int64_t count = 0;
+    if (!values_.integer(property.count_type, count) || count < 0) return false;
+    if (static_cast<std::uint64_t>(count) > values_.remaining_bytes() / Values::min_value_bytes(property.type)) {
+      return false;
+    }
+    face_texture_.clear();
+    for (std::int64_t k = 0; k < count; ++k) {
+      double value = 0.0;
+      if (!values_.decimal(property.type, value)) return false;
+      face_texture_.push_back(value);
+    }
+    return true;
+  }
+
+  // Where two corners at one vertex differ in texture coordinates, each gets a vertex of its own.
+  void give_corners_their_texture() {
+    auto& textures = attributes_.texture_coordinates;
+    if (!corner_wedges_) corner_wedges_.emplace(vertex_count_);
+    for (std::size_t k = 0; k < corners_.size(); ++k) {
+      glm::dvec2 uv(face_texture_[2 * k], face_texture_[2 * k + 1]);
+      if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = glm::dvec2(0.0);
+      uv = v_turned_over(uv);
+      const std::size_t known = corner_wedges_->size();
+      const VertexId wedge = corner_wedges_->add(corners_[k], uv);
+      if (wedge == known) wedge_vertices_.push_back(vertex_for(corners_[k]));
+      corners_[k] = wedge_vertices_[wedge];
+      textures.resize(std::max<std::size_t>(textures.size(), corners_[k] + std::size_t{1}), glm::dvec2(0.0));
+      textures[corners_[k]] = uv;
+    }
+  }
+
+  // The vertex itself for the first texture coordinate at it, a copy for every other.
+  VertexId vertex_for(VertexId vertex) {
+    taken_.resize(vertex_count_, false);
+    if (!taken_[vertex]) {
+      taken_[vertex] = true;
+      return vertex;
+    }
+    const glm::dvec3 position = assembly_.positions()[vertex];
+    assembly_.positions().push_back(position);
+    if (has_color_) {
+      const glm::vec4 color = attributes_.colors[vertex];
+      attributes_.colors.push_back(color);
+    }
+    vertex_total_ = assembly_.positions().size();
+    return static_cast<VertexId>(vertex_total_ - 1);
+  }
+
   Result<void> read_faces(const PlyElement& element, std::size_t list, bool strips) {
     if (!strips) assembly_.reserve(0, element.count);
+    // Positions must be known to be copied.
+    const bool keep = options_.keep_attributes && !strips && assembly_.positions().size() == vertex_count_;
     for (std::uint64_t i = 0; i < element.count; ++i) {
+      face_texture_.clear();
+      corners_.clear();
       for (std::size_t p = 0; p < element.properties.size(); ++p) {
         const PlyProperty& property = element.properties[p];
+        if (keep && property.is_list && property.name == "texcoord" && !is_integer(property.type)) {
+          if (!read_face_texture(property)) return values_.fail_value(fmt::format("face {}: texcoord", i));
+          continue;
+        }
         if (p != list) {
           if (!skip(property)) return values_.fail_value(fmt::format("{} {}: {}", element.name, i, property.name));
           continue;
         }
         if (Result<void> done = read_indices(element, i, property, strips); !done) return done;
-        if (strips) {
-          add_strip();
-        } else {
-          assembly_.add_polygon(corners_);
-        }
+        if (strips) add_strip();
       }
-      if (assembly_.triangle_count() > options_.max_triangles) return {};  // run() reports it
+      if (face_texture_.size() == 2 * corners_.size() && !corners_.empty() && !strips) give_corners_their_texture();
+      if (!strips) assembly_.add_polygon(corners_);
+      if (exceeds_limits()) return {};  // run() reports it
     }
     return {};
   }
@@ -288,7 +409,15 @@ class BodyReader {
   Values values_;
   MeshAssembly assembly_;
   std::uint64_t vertex_count_ = 0;
-  std::vector<VertexId> corners_;  // of the face at hand
+  std::uint64_t vertex_total_ = 0;    // with those that corners have added
+  std::vector<VertexId> corners_;     // of the face at hand
+  std::vector<double> face_texture_;  // likewise, two for each corner
+  VertexAttributes attributes_;
+  bool has_texture_ = false, has_color_ = false;
+  std::array<double, 4> color_scale_{1.0, 1.0, 1.0, 1.0};
+  std::optional<WedgeTable<glm::dvec2>> corner_wedges_;
+  std::vector<VertexId> wedge_vertices_;  // of the wedges
+  std::vector<bool> taken_;               // vertices that have a texture coordinate of a corner
 };
 
 template <class Values>
