@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <numeric>
+
 #include "common/import/polygon_triangulation.h"
 
 namespace fanstream {
@@ -38,6 +41,7 @@ void MeshAssembly::add_polygon(std::span<const VertexId> corners) {
 }
 
 TriangleMesh MeshAssembly::finish(std::vector<std::string>& warnings) {
+  plain_triangles_ = mesh_.triangles.size();
   mesh_.triangles.reserve(triangle_count());
   std::size_t first = 0;
   for (const std::uint32_t size : polygon_sizes_) {
@@ -48,6 +52,19 @@ TriangleMesh MeshAssembly::finish(std::vector<std::string>& warnings) {
     warnings.push_back(fmt::format("{} faces of fewer than three corners were ignored.", too_small_polygons_));
   }
   return std::move(mesh_);
+}
+
+std::vector<std::uint32_t> MeshAssembly::source_faces() const {
+  if (polygon_sizes_.empty()) return {};
+  std::vector<std::uint32_t> faces(plain_triangles_ + polygon_triangles_);
+  std::iota(faces.begin(), faces.begin() + static_cast<std::ptrdiff_t>(plain_triangles_), 0U);
+  std::size_t at = plain_triangles_;
+  auto face = static_cast<std::uint32_t>(plain_triangles_);
+  for (const std::uint32_t size : polygon_sizes_) {
+    std::fill_n(faces.begin() + static_cast<std::ptrdiff_t>(at), size - 2, face++);
+    at += size - 2;
+  }
+  return faces;
 }
 
 }  // namespace fanstream

@@ -27,12 +27,15 @@ class MeshAssembly {
 
   // The mesh, once all indices are known to be in range. Appends to warnings what add_polygon() left out.
   TriangleMesh finish(std::vector<std::string>& warnings);
+  // After finish(): ImportedMesh::source_faces.
+  std::vector<std::uint32_t> source_faces() const;
 
  private:
   TriangleMesh mesh_;
   std::vector<VertexId> polygon_corners_;
   std::vector<std::uint32_t> polygon_sizes_;
   std::size_t polygon_triangles_ = 0;
+  std::size_t plain_triangles_ = 0;  // known with finish(); they come first
   std::size_t too_small_polygons_ = 0;
 };
 

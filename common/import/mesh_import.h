@@ -36,6 +36,9 @@ struct ImportOptions {
 struct ImportedMesh {
   TriangleMesh mesh;  // the model's own coordinates and winding; indices in range, positions finite, not cleaned
   MeshFormat format = MeshFormat::ply;
+  // By triangle, the number of the source's face that it is part of: a polygon's triangles, which follow one another,
+  // share one. Empty where all faces are triangles (always for STL and glTF).
+  std::vector<std::uint32_t> source_faces = {};
   std::vector<std::string> warnings;  // what was ignored or looked odd, each a whole sentence with its place
 };
 

@@ -44,6 +44,7 @@ class ObjReader {
     ImportedMesh result;
     note_oddities(result.warnings);
     result.mesh = assembly_.finish(result.warnings);
+    result.source_faces = assembly_.source_faces();
     return result;
   }
 

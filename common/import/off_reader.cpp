@@ -33,6 +33,7 @@ class OffReader {
           fmt::format("Line {}: what follows the last face was ignored.", scanner_.line_at(scanner_.place())));
     }
     result.mesh = assembly_.finish(result.warnings);
+    result.source_faces = assembly_.source_faces();
     return result;
   }
 

@@ -150,6 +150,7 @@ class BodyReader {
     ImportedMesh result;
     values_.note_rest(result.warnings);
     result.mesh = assembly_.finish(result.warnings);
+    result.source_faces = assembly_.source_faces();
     return result;
   }
 
