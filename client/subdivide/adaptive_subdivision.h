@@ -17,7 +17,7 @@
 
 namespace fanstream {
 
-inline constexpr FaceId kNoFace = ~FaceId{0};
+inline constexpr unsigned kMaxAdaptiveDepth = 250;
 
 struct AdaptiveMesh {
   PolygonMesh mesh;  // the first points are those of the initial mesh, moved where a face around them was refined
@@ -46,6 +46,7 @@ class AdaptiveSubdivision {
   FaceId active_origin(FaceId f) const { return origins_[f]; }
   // The active face across the edge from corner k to the next one, or kNoFace at the boundary or a finished face.
   FaceId active_neighbor(FaceId f, std::size_t k) const;
+  bool at_boundary(FaceId f, std::size_t k) const;  // whether the surface ends at that edge
   // Whether all faces around the vertices of f are active; always so at depth 0.
   bool refinable(FaceId f) const { return refinable_[f] != 0; }
 
@@ -65,7 +66,9 @@ class AdaptiveSubdivision {
   std::size_t face_count() const { return finished_begins_.size() - 1 + active_count(); }
 
  private:
+  class Step;
   AdaptiveSubdivision() = default;
+  AdaptiveMesh take_result();
 
   SubdivisionOptions options_;
   unsigned depth_ = 0;

@@ -33,6 +33,7 @@ class OffReader {
           fmt::format("Line {}: what follows the last face was ignored.", scanner_.line_at(scanner_.place())));
     }
     result.mesh = assembly_.finish(result.warnings);
+    result.polygons = assembly_.take_polygons();
     return result;
   }
 
@@ -140,7 +141,7 @@ class OffReader {
   const InputFile& file_;
   const ImportOptions& options_;
   TextScanner scanner_;
-  MeshAssembly assembly_;
+  MeshAssembly assembly_{options_.keep_polygons};
   std::uint64_t vertex_count_ = 0;
   std::uint64_t face_count_ = 0;
   std::vector<VertexId> corners_;  // of the face at hand

@@ -150,6 +150,7 @@ class BodyReader {
     ImportedMesh result;
     values_.note_rest(result.warnings);
     result.mesh = assembly_.finish(result.warnings);
+    result.polygons = assembly_.take_polygons();
     return result;
   }
 
@@ -286,7 +287,7 @@ class BodyReader {
   const PlyHeader& header_;
   const ImportOptions& options_;
   Values values_;
-  MeshAssembly assembly_;
+  MeshAssembly assembly_{options_.keep_polygons};
   std::uint64_t vertex_count_ = 0;
   std::vector<VertexId> corners_;  // of the face at hand
 };

@@ -13,6 +13,7 @@
 namespace fanstream {
 
 using FaceId = std::uint32_t;
+inline constexpr FaceId kNoFace = ~FaceId{0};
 
 // The vertex at (x, y, z) / w is held as (x, y, z, w), w > 0: a point p of weight w as (w p, w). All rules of
 // subdivision are affine and work on the four numbers alike; who needs a place in space divides (position). Plain
