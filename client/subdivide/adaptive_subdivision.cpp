@@ -15,6 +15,50 @@ namespace {
 constexpr CornerId kBorder = kBoundary - 1;
 constexpr bool is_half_edge(CornerId c) { return c < kBorder; }
 
+// Sums over the faces around some vertices.
+class VertexStars {
+ public:
+  struct Star {
+    VertexId vertex;
+    Point4 sum;       // of face points and next vertices
+    Point4 boundary;  // of the two neighbours along the boundary
+    std::uint32_t faces = 0;
+    bool at_boundary = false;
+
+    // (Q + 2 R + (n - 3) S) / n with the means written as sums, so that a weight of 1 stays 1.
+    Point4 moved(const Point4& old, BoundaryRule rule) const {
+      const double n = faces;
+      if (!at_boundary) return old + (sum - old * (2.0 * n)) * (1.0 / (n * n));
+      return faces == 1 && rule == BoundaryRule::corners ? old : (old * 6.0 + boundary) * 0.125;
+    }
+  };
+
+  explicit VertexStars(std::size_t vertices) : slots_(vertices, kNone) {}
+
+  void want(VertexId v) {
+    if (slots_[v] != kNone) return;
+    slots_[v] = static_cast<std::uint32_t>(stars_.size());
+    stars_.push_back({v, {}, {}});
+  }
+  bool wanted(VertexId v) const { return slots_[v] != kNone; }
+  void add_face(VertexId v, const Point4& sum) {
+    Star& star = stars_[slots_[v]];
+    star.sum = star.sum + sum;
+    ++star.faces;
+  }
+  void add_boundary(VertexId v, const Point4& neighbor) {
+    Star& star = stars_[slots_[v]];
+    star.boundary = star.boundary + neighbor;
+    star.at_boundary = true;
+  }
+  const std::vector<Star>& all() const { return stars_; }
+
+ private:
+  static constexpr std::uint32_t kNone = ~0U;
+  std::vector<std::uint32_t> slots_;
+  std::vector<Star> stars_;
+};
+
 }  // namespace
 
 // The faces of one half-step, while it is made.
@@ -40,10 +84,8 @@ class AdaptiveSubdivision::Step {
     return next_corner(c, s_.begins_[f], s_.begins_[f + 1]);
   }
   Point4 old_point(VertexId v) const { return load(s_.points_[v]); }
-  Point4 center(FaceId f) const;
 
   void add_centers();
-  void move_vertices();
   void add_faces();
   void add_shared(CornerId c);
   void add_boundary(CornerId c);
@@ -83,78 +125,13 @@ std::uint64_t AdaptiveSubdivision::Step::corners_afterwards() const {
   return count;
 }
 
-Point4 AdaptiveSubdivision::Step::center(FaceId f) const {
-  Point4 sum;
-  for (CornerId c = s_.begins_[f]; c < s_.begins_[f + 1]; ++c) sum = sum + old_point(s_.corners_[c]);
-  return sum * (1.0 / (s_.begins_[f + 1] - s_.begins_[f]));
-}
-
 void AdaptiveSubdivision::Step::add_centers() {
   centers_.assign(refined_.size(), 0);
   for (FaceId f = 0; f < refined_.size(); ++f) {
     if (refined_[f] == 0) continue;
     centers_[f] = static_cast<VertexId>(s_.points_.size());
-    s_.points_.emplace_back();
-    if (odd_) {
-      store(s_.points_.back(), center(f));
-    } else {
-      s_.points_.back() = s_.edge_points_[f];
-    }
+    s_.points_.push_back(odd_ ? s_.centroid(f) : s_.edge_points_[f]);
   }
-}
-
-// The vertices of refined faces, all of whose faces are active.
-void AdaptiveSubdivision::Step::move_vertices() {
-  struct Moved {
-    VertexId vertex;
-    Point4 sum;       // of face points and next vertices
-    Point4 boundary;  // of neighbours along the boundary
-    std::uint32_t faces = 0;
-    bool at_boundary = false;
-  };
-  std::vector<Moved> moved;
-  std::vector<std::uint32_t> slot(s_.points_.size(), ~0U);
-  for (FaceId f = 0; f < refined_.size(); ++f) {
-    if (refined_[f] == 0) continue;
-    for (const VertexId v : s_.active_face(f)) {
-      if (slot[v] != ~0U) continue;
-      slot[v] = static_cast<std::uint32_t>(moved.size());
-      moved.push_back({v, {}, {}});
-    }
-  }
-  for (FaceId f = 0; f < refined_.size(); ++f) {
-    const std::span<const VertexId> face = s_.active_face(f);
-    if (std::all_of(face.begin(), face.end(), [&](VertexId v) { return slot[v] == ~0U; })) continue;
-    const Point4 middle = refined_[f] != 0 ? old_point(centers_[f]) : center(f);
-    for (CornerId c = s_.begins_[f]; c < s_.begins_[f + 1]; ++c) {
-      const VertexId from = s_.corners_[c];
-      const VertexId to = s_.corners_[next(c)];
-      const bool boundary = s_.twins_[c] == kBoundary;
-      if (slot[from] != ~0U) {
-        Moved& move = moved[slot[from]];
-        move.sum = move.sum + middle + old_point(to);
-        ++move.faces;
-        if (boundary) move.boundary = move.boundary + old_point(to);
-        move.at_boundary |= boundary;
-      }
-      if (boundary && slot[to] != ~0U) {
-        moved[slot[to]].boundary = moved[slot[to]].boundary + old_point(from);
-        moved[slot[to]].at_boundary = true;
-      }
-    }
-  }
-  for (Moved& move : moved) {
-    const Point4 old = old_point(move.vertex);
-    const double n = move.faces;
-    if (!move.at_boundary) {
-      move.sum = old + (move.sum - old * (2.0 * n)) * (1.0 / (n * n));
-    } else if (n == 1 && s_.options_.boundary == BoundaryRule::corners) {
-      move.sum = old;
-    } else {
-      move.sum = (old * 6.0 + move.boundary) * 0.125;
-    }
-  }
-  for (const Moved& move : moved) store(s_.points_[move.vertex], move.sum);
 }
 
 void AdaptiveSubdivision::Step::finish_face(std::span<const VertexId> corners, unsigned depth, FaceId origin) {
@@ -248,9 +225,10 @@ void AdaptiveSubdivision::Step::mark_refinable() {
 }
 
 void AdaptiveSubdivision::Step::run() {
+  const std::vector<Move> moves = odd_ ? s_.moves(refined_) : std::vector<Move>();
   add_centers();
   add_faces();  // reads the vertices as they were
-  if (odd_) move_vertices();
+  for (const Move& move : moves) s_.points_[move.vertex] = move.target;
   join_spokes();
   s_.begins_ = std::move(begins_);
   s_.corners_ = std::move(corners_);
@@ -263,6 +241,50 @@ void AdaptiveSubdivision::Step::run() {
   }
   ++s_.depth_;
   mark_refinable();
+}
+
+glm::dvec4 AdaptiveSubdivision::centroid(FaceId f) const {
+  Point4 sum;
+  for (const VertexId v : active_face(f)) sum = sum + load(points_[v]);
+  glm::dvec4 result;
+  store(result, sum * (1.0 / static_cast<double>(active_face(f).size())));
+  return result;
+}
+
+std::vector<AdaptiveSubdivision::Move> AdaptiveSubdivision::moves(const std::vector<std::uint8_t>& marked) const {
+  VertexStars stars(points_.size());
+  for (FaceId f = 0; f < active_count(); ++f) {
+    if (marked[f] == 0) continue;
+    for (const VertexId v : active_face(f)) stars.want(v);
+  }
+  for (FaceId f = 0; f < active_count(); ++f) {
+    const std::span<const VertexId> face = active_face(f);
+    if (std::none_of(face.begin(), face.end(), [&](VertexId v) { return stars.wanted(v); })) continue;
+    const Point4 middle = load(centroid(f));
+    for (std::size_t k = 0; k < face.size(); ++k) {
+      const VertexId to = face[k + 1 == face.size() ? 0 : k + 1];
+      const Point4 from_point = load(points_[face[k]]);
+      const Point4 to_point = load(points_[to]);
+      if (stars.wanted(face[k])) stars.add_face(face[k], middle + to_point);
+      if (!at_boundary(f, k)) continue;
+      if (stars.wanted(face[k])) stars.add_boundary(face[k], to_point);
+      if (stars.wanted(to)) stars.add_boundary(to, from_point);
+    }
+  }
+  std::vector<Move> result;
+  result.reserve(stars.all().size());
+  for (const VertexStars::Star& star : stars.all()) {
+    result.push_back({star.vertex, {}});
+    store(result.back().target, star.moved(load(points_[star.vertex]), options_.boundary));
+  }
+  return result;
+}
+
+std::vector<glm::dvec4> AdaptiveSubdivision::next_points() const {
+  std::vector<glm::dvec4> result = points_;
+  if (!next_is_odd()) return result;
+  for (const Move& move : moves(refinable_)) result[move.vertex] = move.target;
+  return result;
 }
 
 Result<AdaptiveSubdivision> AdaptiveSubdivision::create(const PolygonMesh& mesh, const SubdivisionOptions& options) {

@@ -50,6 +50,12 @@ class AdaptiveSubdivision {
   // Whether all faces around the vertices of f are active; always so at depth 0.
   bool refinable(FaceId f) const { return refinable_[f] != 0; }
 
+  // Where the next step will have the points if it refines everything: after an odd step as vertices, as they are where
+  // a face around them is finished. Even steps move nothing.
+  std::vector<glm::dvec4> next_points() const;
+  // Before an even step: the point that will be put into the active face.
+  const glm::dvec4& edge_point(FaceId f) const { return edge_points_[f]; }
+
   // Marks (1) what must be refined besides the faces marked in `chosen` (one value per active face), so that all
   // children of chosen faces can be refined further: the faces that share a vertex with a chosen one, and before an
   // even step also the neighbours' neighbours.
@@ -69,6 +75,13 @@ class AdaptiveSubdivision {
   class Step;
   AdaptiveSubdivision() = default;
   AdaptiveMesh take_result();
+  glm::dvec4 centroid(FaceId f) const;
+  // The vertices of the marked active faces after the odd step. They must be complete: all faces around them active.
+  struct Move {
+    VertexId vertex;
+    glm::dvec4 target;
+  };
+  std::vector<Move> moves(const std::vector<std::uint8_t>& marked) const;
 
   SubdivisionOptions options_;
   unsigned depth_ = 0;
