@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/mesh/polygon_mesh.h"
 #include "common/mesh/triangle_mesh.h"
 #include "common/support/result.h"
 
@@ -31,10 +32,14 @@ struct ImportOptions {
   // glTF may place one stored mesh many times, so a small file could fill the memory. Placed vertices, and triangles,
   // may number at most this or, where that is more, the bytes of the file.
   std::size_t max_placed_elements = std::size_t{1} << 26;
+  // Also give the faces as the file has them: polygons of OBJ, PLY and OFF, and OBJ's weights. Other formats give their
+  // triangles.
+  bool keep_polygons = false;
 };
 
 struct ImportedMesh {
-  TriangleMesh mesh;  // the model's own coordinates and winding; indices in range, positions finite, not cleaned
+  TriangleMesh mesh;     // the model's own coordinates and winding; indices in range, positions finite, not cleaned
+  PolygonMesh polygons;  // with keep_polygons, over the same vertices; repeated corners and the like as they are
   MeshFormat format = MeshFormat::ply;
   // By triangle, the number of the source's face that it is part of: a polygon's triangles, which follow one another,
   // share one. Empty where all faces are triangles (always for STL and glTF).

@@ -151,6 +151,7 @@ class BodyReader {
     values_.note_rest(result.warnings);
     result.mesh = assembly_.finish(result.warnings);
     result.source_faces = assembly_.source_faces();
+    result.polygons = assembly_.take_polygons();
     return result;
   }
 
@@ -287,7 +288,7 @@ class BodyReader {
   const PlyHeader& header_;
   const ImportOptions& options_;
   Values values_;
-  MeshAssembly assembly_;
+  MeshAssembly assembly_{options_.keep_polygons};
   std::uint64_t vertex_count_ = 0;
   std::vector<VertexId> corners_;  // of the face at hand
 };
