@@ -143,6 +143,7 @@ LiveFaces live_faces(const ProgressiveMesh& mesh, const SourcePolygons* polygons
   live.finest.assign(live.faces.face_count(), 0);
   for (std::size_t t = 0; t < told.size(); ++t) live.finest[live.faces.face_of_triangle[t]] = facts.final[t];
   live.positions = std::move(triangles.positions);
+  live.triangles = std::move(triangles.triangles);
   return live;
 }
 

@@ -54,6 +54,7 @@ class SourcePolygons {
 // The live mesh as faces. Vertices are numbered as in ProgressiveMesh::triangle_mesh(), whose positions these are.
 struct LiveFaces {
   std::vector<glm::dvec3> positions;
+  std::vector<Triangle> triangles;  // as there; JoinedFaces::face_of_triangle is of these
   JoinedFaces faces;
   // By face: it is a face of the full model, to its last corner. Its vertices are never split again, and nothing of
   // its polygon is still to come. All other faces are single triangles.
