@@ -39,10 +39,9 @@ Json json_of(const SmoothReport& report) {
 }
 
 std::string text_of(const SmoothReport& report) {
-  std::string text =
-      fmt::format("smoothed    {} of {} faces could be, gives {} faces, depth {}, in {:.2f} s\n",
-                  grouped(report.eligible_faces), grouped(report.faces_before), grouped(report.faces_after),
-                  report.depth, report.seconds);
+  std::string text = fmt::format("smoothed    {} of {} faces could be, gives {} faces, depth {}, in {:.2f} s\n",
+                                 grouped(report.eligible_faces), grouped(report.faces_before),
+                                 grouped(report.faces_after), report.depth, report.seconds);
   if (!report.limitation.empty()) text += fmt::format("            less than asked for: {}\n", report.limitation);
   return text;
 }

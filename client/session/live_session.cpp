@@ -28,6 +28,7 @@ class LiveSession final : public ViewSession {
     view_.width_px = settings.width;
     view_.height_px = settings.height;
     if (settings.triangle_budget) options_.max_triangles = *settings.triangle_budget;
+    if (settings.smooth) smoother_.emplace(*settings.smooth);
     if (settings.memory_budget_bytes) options_.max_memory_bytes = *settings.memory_budget_bytes;
   }
 
@@ -51,8 +52,14 @@ class LiveSession final : public ViewSession {
 
   Result<FanMesh> fan_mesh() override {
     if (!model_) return FanMesh{};
-    return make_fan_mesh(model_->mesh().triangle_mesh());
+    if (!smoother_) return make_fan_mesh(model_->mesh().triangle_mesh());
+    Result<SmoothedMesh> smoothed = smoother_->smooth(model_->mesh(), view_);
+    if (!smoothed) return tl::unexpected(with_context(smoothed.error(), transport_->name()));
+    smoothing_ = std::move(smoothed->report);
+    return make_fan_mesh(smoothed->mesh);
   }
+  bool mesh_follows_camera() const override { return smoother_.has_value(); }
+  std::optional<SmoothReport> smoothing() const override { return smoothing_; }
 
  private:
   bool can_plan() const { return model_ && model_->has_index(); }
@@ -105,7 +112,8 @@ class LiveSession final : public ViewSession {
     auto shared = std::make_shared<const AssetIndex>(std::move(*index));
     if (Result<void> set = model_->set_index(shared, "the index"); !set) return set;
     if (Result<void> used = transport_->use_index(*shared); !used) return used;
-    wanted_.assign(shared->cells.size(), 0);
+    wanted_.assign(shared->cells.size() + 1, 0);  // with the polygons' own
+    model_->want_polygons(smoother_.has_value());
     return plan_and_ask();
   }
 
@@ -131,6 +139,7 @@ class LiveSession final : public ViewSession {
     for (const Want& want : model_->current_plan().wants) {
       wanted_[want.cell] = std::max(wanted_[want.cell], want.prefix);
     }
+    if (model_->wants_polygons()) wanted_.back() = 1;
     return transport_->want(std::move(wants));
   }
 
@@ -168,6 +177,8 @@ class LiveSession final : public ViewSession {
   Bounds bounds_;
   SessionStep step_;
   std::optional<FirstImage> first_image_;
+  std::optional<SilhouetteSmoother> smoother_;
+  std::optional<SmoothReport> smoothing_;  // of the last mesh
   std::vector<CellRun> asked_;
   std::vector<std::uint32_t> wanted_;  // by cell: the prefix of the newest list
   std::uint64_t segment_bytes_ = 0, segments_ = 0, stale_bytes_ = 0;
