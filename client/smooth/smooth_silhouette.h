@@ -18,7 +18,7 @@ struct SmoothOptions {
   double tolerance_px = 0.25;     // faces so near to what they would become are not either
   // Edges that bend by more, and boundaries that turn by more, stay as they are, with all faces that touch them.
   // 180: everything is smoothed.
-  double crease_angle_deg = 60.0;
+  double crease_angle_deg = 75.0;
   std::uint64_t max_triangles = 1'000'000;  // of the result, at least; where it would be more, depths are lowered
   std::function<bool()> stop = {};          // asked between half-steps; true ends it with `interrupted`
 };
