@@ -32,7 +32,11 @@ const FrequencyTable& DiagonalStatistics::differs_table() {
 }
 
 const DiagonalStatistics& DiagonalStatistics::built_in() {
-  static const DiagonalStatistics statistics{};
+  static const DiagonalStatistics statistics{{12, 9,  8,  8,  12, 10, 8,  1,  0,  8,  12, 15, 24, 24, 19, 0,  24, 28,
+                                              12, 15, 15, 2,  6,  3,  8,  0,  19, 12, 11, 10, 4,  5,  5,  5,  0,  19,
+                                              24, 0,  2,  24, 24, 26, 24, 22, 21, 24, 0,  2,  24, 28, 27, 28, 21, 21,
+                                              24, 1,  4,  24, 28, 28, 28, 21, 21, 8,  3,  3,  18, 27, 24, 28, 22, 22,
+                                              8,  8,  7,  17, 0,  18, 21, 21, 21, 12, 10, 9,  0,  0,  0,  18, 21, 21}};
   return statistics;
 }
 
