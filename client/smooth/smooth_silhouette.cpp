@@ -23,13 +23,42 @@ glm::dvec3 normal_of(std::span<const VertexId> face, const std::vector<glm::dvec
   return normal;
 }
 
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+struct Edge {
+  VertexId from = 0, to = 0;  // as the first face has it
+  std::uint32_t face = 0;
+  std::uint32_t other = kNone;  // none on a boundary
+};
+
+std::vector<Edge> edges_of(const JoinedFaces& faces) {
+  std::vector<Edge> sides;
+  sides.reserve(faces.corners.size());
+  for (std::uint32_t f = 0; f < faces.face_count(); ++f) {
+    const std::span<const VertexId> face = faces.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i) sides.push_back({face[i], face[(i + 1) % face.size()], f, kNone});
+  }
+  const auto key = [](const Edge& e) { return std::pair(std::min(e.from, e.to), std::max(e.from, e.to)); };
+  std::sort(sides.begin(), sides.end(),
+            [&](const Edge& a, const Edge& b) { return key(a) != key(b) ? key(a) < key(b) : a.face < b.face; });
+  std::vector<Edge> edges;
+  for (const Edge& side : sides) {
+    if (!edges.empty() && key(edges.back()) == key(side)) {
+      edges.back().other = side.face;
+    } else {
+      edges.push_back(side);
+    }
+  }
+  return edges;
+}
+
 // Vertices that stay where they are, and with them the faces around them.
 class FixedVertices {
  public:
-  FixedVertices(const LiveFaces& live, double crease_angle_deg)
+  FixedVertices(const LiveFaces& live, const std::vector<Edge>& edges, double crease_angle_deg)
       : live_(live), cosine_(std::cos(glm::radians(crease_angle_deg))), fixed_(live.positions.size(), 0) {
     fix_shared_places();
-    if (crease_angle_deg < 180.0) fix_creases();
+    if (crease_angle_deg < 180.0) fix_creases(edges);
     for (std::uint32_t f = 0; f < live.faces.face_count(); ++f) {
       if (live.finest[f] != 0) continue;
       for (const VertexId v : live.faces.face(f)) fixed_[v] = 1;
@@ -58,37 +87,20 @@ class FixedVertices {
     return lengths > 0.0 && glm::dot(a, b) < cosine_ * lengths;
   }
 
-  void fix_creases() {
-    struct Side {
-      VertexId low, high;
-      std::uint32_t face;
-      bool up;
-    };
-    std::vector<Side> sides;
-    sides.reserve(live_.faces.corners.size());
+  void fix_creases(const std::vector<Edge>& edges) {
     std::vector<glm::dvec3> normals;
     for (std::uint32_t f = 0; f < live_.faces.face_count(); ++f) {
-      const std::span<const VertexId> face = live_.faces.face(f);
-      normals.push_back(normal_of(face, live_.positions));
-      for (std::size_t i = 0; i < face.size(); ++i) {
-        const VertexId a = face[i];
-        const VertexId b = face[i + 1 == face.size() ? 0 : i + 1];
-        sides.push_back({std::min(a, b), std::max(a, b), f, a < b});
-      }
+      normals.push_back(normal_of(live_.faces.face(f), live_.positions));
     }
-    std::sort(sides.begin(), sides.end(),
-              [](const Side& a, const Side& b) { return std::tie(a.low, a.high) < std::tie(b.low, b.high); });
-    constexpr VertexId kNone = ~VertexId{0};
-    std::vector<VertexId> before(live_.positions.size(), kNone), after(live_.positions.size(), kNone);  // on boundaries
-    for (std::size_t i = 0; i < sides.size(); ++i) {
-      const Side& side = sides[i];
-      if (i + 1 < sides.size() && sides[i + 1].low == side.low && sides[i + 1].high == side.high) {
-        if (turns(normals[side.face], normals[sides[i + 1].face])) fixed_[side.low] = fixed_[side.high] = 1;
-        ++i;
-        continue;
+    std::vector<VertexId> before(live_.positions.size(), kNone);  // of boundary vertices
+    std::vector<VertexId> after(live_.positions.size(), kNone);
+    for (const Edge& edge : edges) {
+      if (edge.other == kNone) {
+        after[edge.from] = edge.to;
+        before[edge.to] = edge.from;
+      } else if (turns(normals[edge.face], normals[edge.other])) {
+        fixed_[edge.from] = fixed_[edge.to] = 1;
       }
-      after[side.up ? side.low : side.high] = side.up ? side.high : side.low;
-      before[side.up ? side.high : side.low] = side.up ? side.low : side.high;
     }
     for (VertexId v = 0; v < fixed_.size(); ++v) {
       if (before[v] == kNone || after[v] == kNone) continue;
@@ -101,6 +113,18 @@ class FixedVertices {
   double cosine_;
   std::vector<std::uint8_t> fixed_;  // by vertex
 };
+
+// Faces that share several edges with one neighbour. Quads made of them would be cut along the same diagonal twice.
+void exclude_double_neighbours(const std::vector<Edge>& edges, std::vector<std::uint8_t>& eligible) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const Edge& edge : edges) {
+    if (edge.other != kNone) pairs.emplace_back(std::min(edge.face, edge.other), std::max(edge.face, edge.other));
+  }
+  std::sort(pairs.begin(), pairs.end());
+  for (std::size_t i = 1; i < pairs.size(); ++i) {
+    if (pairs[i] == pairs[i - 1]) eligible[pairs[i].first] = eligible[pairs[i].second] = 0;
+  }
+}
 
 PolygonMesh polygons_of(const LiveFaces& live) {
   PolygonMesh mesh;
@@ -165,12 +189,14 @@ Result<std::optional<AdaptiveMesh>> refine_within_limit(const LiveFaces& live, c
 }  // namespace
 
 std::vector<std::uint8_t> eligible_faces(const LiveFaces& live, double crease_angle_deg) {
-  const FixedVertices fixed(live, crease_angle_deg);
+  const std::vector<Edge> edges = edges_of(live.faces);
+  const FixedVertices fixed(live, edges, crease_angle_deg);
   std::vector<std::uint8_t> eligible(live.faces.face_count(), 0);
   for (std::uint32_t f = 0; f < eligible.size(); ++f) {
     const std::span<const VertexId> face = live.faces.face(f);
     eligible[f] = std::none_of(face.begin(), face.end(), [&](VertexId v) { return fixed.contains(v); }) ? 1 : 0;
   }
+  exclude_double_neighbours(edges, eligible);
   return eligible;
 }
 

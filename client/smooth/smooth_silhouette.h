@@ -40,9 +40,9 @@ struct SmoothedMesh {
   SmoothReport report;
 };
 
-// Which faces may be subdivided: those that are finest, have only finest faces around their corners, and touch no
-// crease and no vertex that shares its place with another. So nothing moves that a face which is not finest can see.
-// `faces`: of the live mesh.
+// Which faces may be subdivided: those that are finest, have only finest faces around their corners, touch no crease
+// and no vertex that shares its place with another, and have no neighbour along more than one edge. So nothing moves
+// that a face which is not finest can see. `faces`: of the live mesh.
 std::vector<std::uint8_t> eligible_faces(const LiveFaces& faces, double crease_angle_deg);
 
 // Where the mesh is coarser, the result is the live mesh, bit for bit. Deterministic. Fails as check_view, (usage) for

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/import/mesh_import.h"
 #include "tests/support/built_model.h"
 #include "tests/support/mesh_generators.h"
 #include "tests/support/polygon_sources.h"
@@ -58,8 +59,8 @@ TEST_F(SmoothProgram, BuildInspectAndVerifyTellOfThePolygons) {
   EXPECT_EQ(verified.exit_code, 0) << verified.error;
   EXPECT_NE(verified.out.find("336 polygons"), std::string::npos) << verified.out;
   // The same triangles, but none of them joined.
-  const TriangleMesh torus = testing::make_torus(24, 14);
-  const std::string triangles = folder.write("triangles.obj", testing::obj_text(torus, {})).string();
+  const TriangleMesh cut = import_mesh(input)->mesh;
+  const std::string triangles = folder.write("triangles.obj", testing::obj_text(cut, {})).string();
   const ProgramOutcome other = testing::run_program("fanstream-server", {"verify", asset, "--against", triangles});
   EXPECT_EQ(other.exit_code, exit_code(ErrorKind::bad_input));
   EXPECT_NE(other.error.find("polygons differ: 336 only in the asset"), std::string::npos) << other.error;

@@ -89,22 +89,23 @@ TEST(SmoothSilhouette, ACoarseTorusGetsARoundOutline) {
   const TriangleMesh torus = testing::make_torus(12, 8);
   const LiveFaces live = faces_of(torus, testing::paired_source_faces(torus));
   ASSERT_EQ(live.faces.face_count(), 96U);
-  View view = view_of(torus.positions, {0, 0, 1});
-  const Result<SmoothedMesh> done = smooth_for_view(live, view);
+  SmoothOptions options;
+  options.tolerance_px = 0.0;
+  const Result<SmoothedMesh> done = smooth_for_view(live, view_of(torus.positions, {0, 0, 1}), options);
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_EQ(done->report.eligible_faces, 96U);
   EXPECT_EQ(done->report.depth, 8U);
   EXPECT_GT(done->report.faces_after, 960U);
   // The outermost vertices by angle: they keep their distance from the axis, where the torus' own have 12 corners.
-  std::array<double, 360> farthest{};
+  std::array<double, 120> farthest{};
   for (const glm::dvec3& p : done->mesh.positions) {
     const double angle = std::atan2(p.y, p.x) / std::acos(-1.0) * 180.0 + 180.0;
-    double& most = farthest[static_cast<std::size_t>(angle) % 360];
+    double& most = farthest[static_cast<std::size_t>(angle / 3.0) % farthest.size()];
     most = std::max(most, std::hypot(p.x, p.y));
   }
   std::sort(farthest.begin(), farthest.end());
-  ASSERT_GT(farthest.front(), 1.0) << "a vertex in each degree of the outline";
-  EXPECT_LT(farthest.back() / farthest.front(), 1.005);
+  ASSERT_GT(farthest.front(), 1.0) << "a vertex in each three degrees of the outline";
+  EXPECT_LT(farthest.back() / farthest.front(), 1.01) << "1.035 before";
   EXPECT_GT(farthest.front(), 1.35 * 0.9);
   EXPECT_LT(farthest.back(), 1.35);
 }
@@ -142,7 +143,10 @@ TEST(SmoothSilhouette, ABoxStaysABoxUnlessAllCreasesAreToBeSmoothed) {
   EXPECT_EQ(round.report.eligible_faces, 150U);
   const Bounds bounds = bounds_of(round.mesh.positions);
   EXPECT_LT(bounds.high.x, 5.0 + 1e-9);
-  EXPECT_NE(round.mesh.positions[0], five.mesh.positions[0]);
+  const glm::dvec3 corner(5.0);  // seen
+  const auto at = std::find(five.mesh.positions.begin(), five.mesh.positions.end(), corner);
+  ASSERT_NE(at, five.mesh.positions.end());
+  EXPECT_NE(round.mesh.positions[static_cast<std::size_t>(at - five.mesh.positions.begin())], corner);
 }
 
 TEST(SmoothSilhouette, ABoundaryIsSmoothedButForItsCorners) {
@@ -178,13 +182,14 @@ TEST(SmoothSilhouette, VerticesThatShareAPlaceStayTogether) {
 TEST(SmoothSilhouette, DepthsAreLoweredUntilTheResultFits) {
   const TriangleMesh torus = testing::make_torus(20, 14);
   const LiveFaces live = faces_of(torus, testing::paired_source_faces(torus));
-  std::uint64_t before = ~std::uint64_t{0};
+  std::uint64_t before = ~std::uint64_t{0}, whole = 0;
   for (const std::uint64_t most : {1'000'000U, 8'000U, 3'000U, 1'200U, 600U, 100U}) {
     SCOPED_TRACE(most);
     SmoothOptions options;
     options.max_triangles = most;
     const SmoothedMesh done = smoothed(live, options);
-    EXPECT_EQ(done.report.limitation.empty(), most == 1'000'000U) << done.report.limitation;
+    if (before == ~std::uint64_t{0}) whole = done.mesh.triangles.size();
+    EXPECT_EQ(done.report.limitation.empty(), most >= whole) << done.report.limitation;
     EXPECT_LE(done.mesh.triangles.size(), std::max<std::uint64_t>(most, torus.triangles.size()));
     EXPECT_LE(done.mesh.triangles.size(), before);
     EXPECT_GE(done.mesh.triangles.size(), torus.triangles.size());
@@ -308,10 +313,11 @@ TEST(SilhouetteSmoother, PartlyRefinedMeshesStayWatertightAndTheirCoarseFacesAsT
       for (std::size_t v = 0; v < moved.size(); ++v) moved[v] = done->mesh.positions[v] != before.positions[v] ? 1 : 0;
       for (VertexId v = 0, n = 0; v < received.live->state().fans.vertex_capacity(); ++v) {
         if (!received.live->state().fans.contains(v)) continue;
-        if (moved[n] != 0) EXPECT_EQ(received.live->state().vertices[v].context.next, kNeverSplit);
-        received.live->state().fans.for_each_neighbour(v, [&](VertexId w) {
-          if (moved[n] != 0) EXPECT_EQ(received.live->state().vertices[w].context.next, kNeverSplit);
-        });
+        if (moved[n] != 0) {
+          EXPECT_EQ(received.live->state().vertices[v].context.next, kNeverSplit);
+          received.live->state().fans.for_each_neighbour(
+              v, [&](VertexId w) { EXPECT_EQ(received.live->state().vertices[w].context.next, kNeverSplit); });
+        }
         ++n;
       }
     }
