@@ -14,11 +14,9 @@ SmoothOptions SmoothArguments::options() const {
 }
 
 void add_smooth_arguments(CLI::App& command, SmoothArguments& arguments) {
-  CLI::Option* smooth = command.add_flag("--smooth-silhouette", arguments.smooth,
-                                         "Subdivide what is at its finest level: no polygonal outline");
-  command
-      .add_option("--crease-angle", arguments.crease_angle_deg,
-                  "Degrees: edges that bend by more stay sharp; 180: none (with --smooth-silhouette)")
+  CLI::Option* smooth =
+      command.add_flag("--smooth-silhouette", arguments.smooth, "Subdivide what is at its finest level");
+  command.add_option("--crease-angle", arguments.crease_angle_deg, "Degrees: edges that bend by more stay sharp")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 180.0))
       ->needs(smooth);
