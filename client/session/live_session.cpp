@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "client/session/view_model.h"
+#include "client/smooth/finest_need.h"
 #include "common/fans/fan_shape.h"
 
 namespace fanstream {
@@ -67,7 +68,7 @@ class LiveSession final : public ViewSession {
   void look_at(const PathView& view) {
     view_.camera = view.camera;
     if (model_) view_.near_distance = depth_range(view.camera, bounds_).near_distance;
-    options_.tolerance_px = view.tolerance_px;
+    wanted_tolerance_px_ = options_.tolerance_px = view.tolerance_px;
     options_.criteria.focus_point.reset();
     if (view.focus) {
       FocusPoint focus;
@@ -114,11 +115,16 @@ class LiveSession final : public ViewSession {
     if (Result<void> used = transport_->use_index(*shared); !used) return used;
     wanted_.assign(shared->cells.size() + 1, 0);  // with the polygons' own
     model_->want_polygons(smoother_.has_value());
+    if (smoother_) finest_need_.emplace(*head_, *shared);
     return plan_and_ask();
   }
 
   // Plans, goes towards the plan with what is held, looks again at how things stand then, and asks for what is missing.
   Result<void> plan_and_ask() {
+    if (finest_need_) {
+      const bool finest = finest_need_->decide(view_, options_.criteria, model_->table(), model_->mesh());
+      options_.tolerance_px = finest ? 0.0 : wanted_tolerance_px_;
+    }
     timed(step_.plan_ms, [&] { model_->plan(view_, options_); });
     constexpr int kMostRounds = 8;  // cells that come to be may have their segments already
     for (int round = 0; round < kMostRounds; ++round) {
@@ -179,6 +185,8 @@ class LiveSession final : public ViewSession {
   std::optional<FirstImage> first_image_;
   std::optional<SilhouetteSmoother> smoother_;
   std::optional<SmoothReport> smoothing_;  // of the last mesh
+  std::optional<FinestNeed> finest_need_;  // with smoother_ and the index
+  double wanted_tolerance_px_ = 1.0;       // of the path
   std::vector<CellRun> asked_;
   std::vector<std::uint32_t> wanted_;  // by cell: the prefix of the newest list
   std::uint64_t segment_bytes_ = 0, segments_ = 0, stale_bytes_ = 0;
