@@ -149,7 +149,7 @@ TEST(ViewSubdivision, TheSilhouetteOfTheResultIsAtItsDepth) {
         }
         EXPECT_GT(all, 300U) << test.label;
         EXPECT_LE(shallow, rings == 0 ? all / 8 : all / 200) << test.label << " eye " << eye.x;
-        EXPECT_LE(very_shallow, all / 200) << test.label << " eye " << eye.x;
+        EXPECT_LE(very_shallow, all / 100) << test.label << " eye " << eye.x;
       }
     }
   }
