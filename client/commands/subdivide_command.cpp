@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <glm/geometric.hpp>
 
 #include "client/commands/commands.h"
 #include "client/commands/model_options.h"
@@ -9,6 +10,7 @@
 #include "client/render/offscreen_renderer.h"
 #include "client/subdivide/view_subdivision.h"
 #include "common/fans/fan_shape.h"
+#include "common/import/mesh_cleaner.h"
 #include "common/import/mesh_import.h"
 #include "common/mesh/polygon_cleaner.h"
 #include "common/support/progress_bar.h"
@@ -32,7 +34,8 @@ struct Arguments {
 struct Input {
   PolygonMesh mesh;
   std::vector<std::string> warnings;
-  PolygonRepairs repairs;
+  std::vector<std::pair<std::string, std::uint64_t>> repairs;
+  bool inward = false;  // closed, and its faces wind clockwise from outside
 };
 
 struct Output {
@@ -43,18 +46,60 @@ struct Output {
   std::size_t silhouette_faces = 0;
 };
 
+// Meshes of plain triangles are mended by what mends them elsewhere, which knows more about edges of many faces.
+Input mend(ImportedMesh imported) {
+  Input input{std::move(imported.polygons), std::move(imported.warnings), {}};
+  const bool polygons = input.mesh.corners.size() != 3 * input.mesh.face_count();
+  const bool weights =
+      std::any_of(input.mesh.points.begin(), input.mesh.points.end(), [](const glm::dvec4& p) { return p.w != 1.0; });
+  if (polygons || weights) {
+    input.repairs = named_counts(clean_polygons(input.mesh));
+  } else {
+    const CleanedMesh cleaned = clean_mesh(std::move(imported.mesh));
+    input.mesh = polygon_mesh(cleaned.mesh);
+    input.repairs = named_counts(cleaned.report);
+  }
+  return input;
+}
+
+// Six times the volume that a closed mesh encloses: negative where its faces wind inwards.
+double signed_volume(const PolygonMesh& mesh) {
+  double sum = 0.0;
+  const glm::dvec3 origin = position(mesh.points[0]);
+  for (FaceId f = 0; f < mesh.face_count(); ++f) {
+    const auto face = mesh.face(f);
+    const glm::dvec3 a = position(mesh.points[face[0]]) - origin;
+    for (std::size_t i = 1; i + 1 < face.size(); ++i) {
+      sum +=
+          glm::dot(a, glm::cross(position(mesh.points[face[i]]) - origin, position(mesh.points[face[i + 1]]) - origin));
+    }
+  }
+  return sum;
+}
+
+bool is_closed(const PolygonMesh& mesh) { return uniform_face_count(mesh, 1) == mesh.corners.size() / 2; }
+
+void turn_inside_out(PolygonMesh& mesh) {
+  for (FaceId f = 0; f < mesh.face_count(); ++f) {
+    std::reverse(mesh.corners.begin() + mesh.face_begins[f], mesh.corners.begin() + mesh.face_begins[f + 1]);
+  }
+}
+
 Result<Input> read_input(const Arguments& arguments, ProgressBar& bar) {
   bar.update("reading", 0.0);
   ImportOptions options;
   options.keep_polygons = true;
   Result<ImportedMesh> imported = import_mesh(arguments.input, options);
   if (!imported) return tl::unexpected(imported.error());
-  Input input{std::move(imported->polygons), std::move(imported->warnings), {}};
   bar.update("cleaning", 0.3);
-  input.repairs = clean_polygons(input.mesh);
+  Input input = mend(std::move(*imported));
   if (input.mesh.face_count() == 0) {
     return fail(ErrorKind::bad_input,
                 arguments.input + ": has no face with an area: all corners lie at the same place");
+  }
+  input.inward = is_closed(input.mesh) && signed_volume(input.mesh) < 0;
+  if (input.inward && !arguments.depth) {
+    input.warnings.emplace_back("The faces wind inwards: what faces the eye was chosen as if they wound outwards.");
   }
   return input;
 }
@@ -65,7 +110,7 @@ Result<Camera> camera_of(const CameraArguments& arguments, const PolygonMesh& me
   return arguments.camera(places);
 }
 
-Result<Output> refine(const Arguments& arguments, const Input& input, ProgressBar& bar) {
+Result<Output> refine(const Arguments& arguments, Input& input, ProgressBar& bar) {
   Output output;
   const Result<Camera> camera = camera_of(arguments.camera, input.mesh);
   if (!camera) return tl::unexpected(camera.error());
@@ -87,11 +132,13 @@ Result<Output> refine(const Arguments& arguments, const Input& input, ProgressBa
     bar.update("refining", 0.4 + 0.5 * step / steps);
     return stop_flag().load();
   };
+  if (input.inward) turn_inside_out(input.mesh);
   Result<ViewSubdivision> result = subdivide_for_view(input.mesh, view, options);
   if (!result) {
     if (const auto going = go_on(); !going) return tl::unexpected(going.error());
     return tl::unexpected(with_context(result.error(), arguments.input));
   }
+  if (input.inward) turn_inside_out(result->refined.mesh);
   output.refined = std::move(result->refined);
   output.front_faces = result->front_faces;
   output.silhouette_faces = result->silhouette_faces;
@@ -144,7 +191,7 @@ int print_report(const Arguments& arguments, const Input& input, const Output& o
   const std::vector<std::size_t> by_depth = faces_by_depth(output.refined);
   if (arguments.json) {
     Json repairs;
-    for (const auto& [key, count] : named_counts(input.repairs)) repairs[key] = count;
+    for (const auto& [key, count] : input.repairs) repairs[key] = count;
     Json json = {{"input", arguments.input},
                  {"warnings", input.warnings},
                  {"repairs", repairs},
@@ -172,7 +219,7 @@ int print_report(const Arguments& arguments, const Input& input, const Output& o
     return print_json(json);
   }
   for (const std::string& warning : input.warnings) fmt::print("warning     {}\n", warning);
-  for (const auto& [key, count] : named_counts(input.repairs)) {
+  for (const auto& [key, count] : input.repairs) {
     if (count > 0) fmt::print("repaired    {} {}\n", grouped(count), key);
   }
   fmt::print("mesh        {} vertices, {} faces\n", grouped(input.mesh.points.size()),
@@ -190,13 +237,9 @@ int print_report(const Arguments& arguments, const Input& input, const Output& o
 }
 
 Result<void> check_arguments(Arguments& arguments) {
-  if (arguments.depth.has_value() == (arguments.view || !arguments.camera.eye.empty()) &&
-      !(arguments.depth && is_picture(arguments.output))) {
+  if (arguments.depth.has_value() == arguments.view && (arguments.depth || arguments.camera.eye.empty())) {
     return fail(ErrorKind::usage,
                 "give either --depth N for all faces alike, or --view (or --eye) for what a view needs");
-  }
-  if (arguments.depth && arguments.view) {
-    return fail(ErrorKind::usage, "--depth and --view exclude each other");
   }
   if (auto checked = arguments.camera.check(); !checked) return checked;
   if (is_picture(arguments.output) && std::filesystem::path(arguments.output).extension() != ".png") {
@@ -211,7 +254,7 @@ Result<void> check_arguments(Arguments& arguments) {
 int run_subdivide(Arguments& arguments) {
   if (const auto checked = check_arguments(arguments); !checked) return report_error(checked.error());
   ProgressBar bar(arguments.input);
-  const Result<Input> input = read_input(arguments, bar);
+  Result<Input> input = read_input(arguments, bar);
   if (!input) return report_error(input.error());
   if (const auto going = go_on(); !going) return report_error(going.error());
   Result<Output> output = refine(arguments, *input, bar);
