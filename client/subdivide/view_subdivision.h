@@ -1,9 +1,8 @@
 // View-dependent sqrt(2)-subdivision (Miura, Adachi, Ikedo, section 4): faces in the view volume that face the eye are
 // refined to one depth, faces at the silhouette deeper, each only until it is small enough on the screen.
 //
-//   corner normal  of a corner: of the plane through it and its two neighbours, on the side of the face's mean normal
-//   (at
-//                  a reflex corner the bare cross product is on the other one). An n-gon has n, and may face the eye
+//   corner normal  of a corner: of the plane through it and its two neighbours, on the side of the face's mean normal;
+//                  the bare cross product is on the other side at reflex corners. An n-gon has n, and may face the eye
 //                  with some and away with others: it counts as front and as back face.
 //   silhouette     vertices at the ends of an edge where a front face meets a back face, or where the surface ends, and
 //                  all faces with such a vertex, hidden ones included.
