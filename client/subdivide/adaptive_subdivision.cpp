@@ -313,25 +313,46 @@ FaceId AdaptiveSubdivision::active_neighbor(FaceId f, std::size_t k) const {
 
 bool AdaptiveSubdivision::at_boundary(FaceId f, std::size_t k) const { return twins_[begins_[f] + k] == kBoundary; }
 
-void AdaptiveSubdivision::add_support(std::vector<std::uint8_t>& chosen) const {
+void AdaptiveSubdivision::add_ring(std::vector<std::uint8_t>& chosen) const {
   std::vector<std::uint8_t> near(points_.size(), 0);
-  std::vector<FaceId> further;
   for (FaceId f = 0; f < active_count(); ++f) {
     if (chosen[f] == 0) continue;
     for (const VertexId v : active_face(f)) near[v] = 1;
-    if (next_is_odd()) continue;
-    for (std::size_t k = 0; k < active_face(f).size(); ++k) {
-      const FaceId g = active_neighbor(f, k);
-      if (g == kNoFace) continue;
-      for (std::size_t i = 0; i < active_face(g).size(); ++i) {
-        if (active_neighbor(g, i) != kNoFace) further.push_back(active_neighbor(g, i));
-      }
-    }
   }
   for (FaceId f = 0; f < active_count(); ++f) {
     for (const VertexId v : active_face(f)) chosen[f] |= near[v];
   }
-  for (const FaceId f : further) chosen[f] = 1;
+}
+
+void AdaptiveSubdivision::add_second_neighbors(std::vector<std::uint8_t>& chosen) const {
+  for (int round = 0; round < 2; ++round) {
+    const std::vector<std::uint8_t> before = chosen;
+    for (FaceId f = 0; f < active_count(); ++f) {
+      for (std::size_t k = 0; k < active_face(f).size(); ++k) {
+        const FaceId g = active_neighbor(f, k);
+        if (g != kNoFace && before[g] != 0) chosen[f] = 1;
+      }
+    }
+  }
+}
+
+// An odd face q = (a, G, b, F) is put into the quads (a, q, F, q') of its spokes. Such a quad can be refined if all odd
+// faces around a and F and all neighbours of q and q' have been. What is around a quad lies in odd faces around q.
+void AdaptiveSubdivision::add_support(std::vector<std::uint8_t>& chosen, unsigned further_steps) const {
+  const unsigned steps = std::min(further_steps, 2U);
+  if (steps == 0) return;
+  if (next_is_odd()) {
+    for (unsigned ring = 0; ring < steps; ++ring) add_ring(chosen);
+    return;
+  }
+  if (steps == 2) {
+    add_ring(chosen);
+    add_ring(chosen);
+  }
+  std::vector<std::uint8_t> second = chosen;
+  add_second_neighbors(second);
+  add_ring(chosen);
+  for (FaceId f = 0; f < active_count(); ++f) chosen[f] |= second[f];
 }
 
 Result<void> AdaptiveSubdivision::refine(std::span<const std::uint8_t> chosen) {

@@ -56,10 +56,10 @@ class AdaptiveSubdivision {
   // Before an even step: the point that will be put into the active face.
   const glm::dvec4& edge_point(FaceId f) const { return edge_points_[f]; }
 
-  // Marks (1) what must be refined besides the faces marked in `chosen` (one value per active face), so that all
-  // children of chosen faces can be refined further: the faces that share a vertex with a chosen one, and before an
-  // even step also the neighbours' neighbours.
-  void add_support(std::vector<std::uint8_t>& chosen) const;
+  // Marks (1) what must be refined besides the faces marked in `chosen` (one value per active face), so that children
+  // of chosen faces can be refined on and on: by `further_steps` full steps after the one under way. One needs a ring
+  // of faces, two and all more need two: a region loses a ring of faces at each full step, and these get half as wide.
+  void add_support(std::vector<std::uint8_t>& chosen, unsigned further_steps = 2) const;
 
   // One half-step of all active faces that are marked (not 0) and refinable; every other active face is finished.
   // Vertices of refined faces move, also where they belong to finished ones. With nothing to refine, only the depth
@@ -75,6 +75,8 @@ class AdaptiveSubdivision {
   class Step;
   AdaptiveSubdivision() = default;
   AdaptiveMesh take_result();
+  void add_ring(std::vector<std::uint8_t>& chosen) const;
+  void add_second_neighbors(std::vector<std::uint8_t>& chosen) const;
   glm::dvec4 centroid(FaceId f) const;
   // The vertices of the marked active faces after the odd step. They must be complete: all faces around them active.
   struct Move {

@@ -99,13 +99,15 @@ class SeenFaces {
     const std::span<const VertexId> face = mesh_.active_face(f);
     unsigned beyond = ~0U;
     bool any_normal = false;
+    const glm::dvec3 newell = face.size() > 3 ? newell_normal(face) : glm::dvec3(0.0);
     for (std::size_t i = 0; i < face.size(); ++i) {
       const glm::dvec3& here = places_[face[i]];
       beyond &= picture_.beyond(here);
       const glm::dvec3& before = places_[face[(i + face.size() - 1) % face.size()]];
       const glm::dvec3& after = places_[face[(i + 1) % face.size()]];
       const glm::dvec3 normal = glm::cross(here - before, after - here);
-      const double side = glm::dot(normal, picture_.eye() - here);
+      const double turned = glm::dot(normal, newell) < 0 ? -1.0 : 1.0;
+      const double side = turned * glm::dot(normal, picture_.eye() - here);
       any_normal |= side != 0;
       facing_[f].front |= side > 0;
       facing_[f].back |= side < 0;
@@ -113,6 +115,15 @@ class SeenFaces {
     // Edge-on and without area: either side may turn out to be seen.
     if (!any_normal) facing_[f] = {true, true};
     seen_[f] = beyond == 0;
+  }
+
+  glm::dvec3 newell_normal(std::span<const VertexId> face) const {
+    glm::dvec3 sum(0.0);
+    const glm::dvec3& origin = places_[face[0]];
+    for (std::size_t i = 1; i + 1 < face.size(); ++i) {
+      sum += glm::cross(places_[face[i]] - origin, places_[face[i + 1]] - origin);
+    }
+    return sum;
   }
 
   void find_silhouette() {
@@ -182,24 +193,27 @@ Result<void> check_arguments(const PolygonMesh& mesh, const View& view, const Vi
   return {};
 }
 
-// What one half-step refines. Those that may be wanted again after the next full step get the support for it.
+// What one half-step refines, with the support for what may be wanted after it.
 std::vector<std::uint8_t> choose(const AdaptiveSubdivision& mesh, const SeenFaces& faces,
                                  const ViewSubdivisionOptions& options, std::span<const std::uint8_t> eligible) {
   const unsigned depth = mesh.depth();
   const unsigned next_full_depth = depth + (mesh.next_is_odd() ? 2 : 1);
   std::vector<std::uint8_t> chosen(mesh.active_count(), 0);
-  std::vector<std::uint8_t> again(mesh.active_count(), 0);
+  std::vector<std::uint8_t> once_more(mesh.active_count(), 0);
+  std::vector<std::uint8_t> twice_more(mesh.active_count(), 0);
   const auto allowed = [&](FaceId f) { return depth > 0 || eligible.empty() || eligible[f] != 0; };
   for (FaceId f = 0; f < mesh.active_count(); ++f) {
     unsigned limit = faces.front(f) ? options.front_depth : 0;
     if (faces.silhouette(f)) limit = std::max(limit, options.silhouette_depth);
     if (depth >= limit || !allowed(f) || !mesh.refinable(f) || faces.done(f)) continue;
     chosen[f] = 1;
-    again[f] = next_full_depth < limit ? 1 : 0;
+    once_more[f] = next_full_depth < limit ? 1 : 0;
+    twice_more[f] = next_full_depth + 2 < limit ? 1 : 0;
   }
-  mesh.add_support(again);
+  mesh.add_support(once_more, 1);
+  mesh.add_support(twice_more, 2);
   for (FaceId f = 0; f < mesh.active_count(); ++f) {
-    if (again[f] != 0 && allowed(f)) chosen[f] = 1;
+    if ((once_more[f] | twice_more[f]) != 0 && allowed(f)) chosen[f] = 1;
   }
   return chosen;
 }
