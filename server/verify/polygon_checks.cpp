@@ -75,8 +75,8 @@ Result<std::string> check_polygon_section(const AssetFile& asset) {
     larger += live->faces.face(f).size() > 4 ? 1 : 0;
   }
   if (quads != section->quads || larger != section->larger) {
-    return broken(fmt::format("{} quads and {} larger faces, the section says {} and {}", quads, larger,
-                              section->quads, section->larger));
+    return broken(fmt::format("{} quads and {} larger faces, the section says {} and {}", quads, larger, section->quads,
+                              section->larger));
   }
   return fmt::format("{} quads, {} larger faces in {} blocks", quads, larger, section->ends.size());
 }
