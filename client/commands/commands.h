@@ -17,5 +17,6 @@ Command add_fetch_command(CLI::App& app);
 Command add_render_command(CLI::App& app);
 Command add_snapshots_command(CLI::App& app);
 Command add_reduce_command(CLI::App& app);
+Command add_subdivide_command(CLI::App& app);
 
 }  // namespace fanstream

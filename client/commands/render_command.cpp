@@ -3,6 +3,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/model_options.h"
 #include "client/commands/output.h"
+#include "client/commands/smooth_options.h"
 #include "client/render/offscreen_renderer.h"
 #include "common/fans/fan_shape.h"
 
@@ -13,10 +14,23 @@ struct Arguments {
   SourceArguments source;
   LevelArguments level;
   CameraArguments camera;
+  SmoothArguments smooth;
   std::string draw = "fans";
 };
 
 Json json_of(const glm::dvec3& p) { return Json::array({p.x, p.y, p.z}); }
+
+// Past the finest level, if asked for. `mesh` is the model as it came.
+Result<std::optional<SmoothReport>> smooth_mesh(const Arguments& arguments, const ProgressiveMesh& model,
+                                                const Camera& camera, TriangleMesh& mesh) {
+  if (!arguments.smooth.smooth) return std::optional<SmoothReport>();
+  View view{camera, arguments.camera.width, arguments.camera.height, 0.0};
+  view.near_distance = depth_range(camera, bounds_of(mesh.positions)).near_distance;
+  Result<SmoothedMesh> smoothed = SilhouetteSmoother(arguments.smooth.options()).smooth(model, view);
+  if (!smoothed) return tl::unexpected(with_context(smoothed.error(), arguments.source.source));
+  mesh = std::move(smoothed->mesh);
+  return std::optional(smoothed->report);
+}
 
 int run_render(Arguments& arguments) {
   if (const auto checked = arguments.camera.check(); !checked) return report_error(checked.error());
@@ -24,9 +38,11 @@ int run_render(Arguments& arguments) {
   if (const auto writable = check_output_path(output, ".png"); !writable) return report_error(writable.error());
   const Result<LoadedModel> loaded = load_model(arguments.source.source, arguments.level);
   if (!loaded) return report_error(loaded.error());
-  const TriangleMesh mesh = loaded->fetch->mesh().triangle_mesh();
+  TriangleMesh mesh = loaded->fetch->mesh().triangle_mesh();
   const Result<Camera> camera = arguments.camera.camera(mesh);
   if (!camera) return report_error(camera.error());
+  const auto smoothed = smooth_mesh(arguments, loaded->fetch->mesh(), *camera, mesh);
+  if (!smoothed) return report_error(smoothed.error());
   const Result<FanMesh> fans = make_fan_mesh(mesh);
   if (!fans) return report_error(with_context(fans.error(), arguments.source.source));
   if (const auto going = go_on(); !going && !loaded->broken) return report_error(going.error());
@@ -47,6 +63,7 @@ int run_render(Arguments& arguments) {
   if (arguments.source.json) {
     Json json = json_of(report);
     json["level"] = level_json(arguments.level.goal, report);
+    if (*smoothed) json["smooth_silhouette"] = json_of(**smoothed);
     json["draw"] = arguments.draw;
     json["fans"] = statistics.fans;
     json["issued_vertices"] = issued;
@@ -55,8 +72,8 @@ int run_render(Arguments& arguments) {
     json["output"] = output;
     printed = print_json(json);
   } else {
-    fmt::print("{}{}drawn       as {} with {} issued vertices ({:.2f} per vertex)\nwritten     {}\n",
-               summary_of(report), level_text(arguments.level.goal, report),
+    fmt::print("{}{}{}drawn       as {} with {} issued vertices ({:.2f} per vertex)\nwritten     {}\n",
+               summary_of(report), level_text(arguments.level.goal, report), *smoothed ? text_of(**smoothed) : "",
                as_fans ? grouped(statistics.fans) + " fans" : grouped(mesh.triangles.size()) + " triangles",
                grouped(issued), static_cast<double>(issued) / static_cast<double>(mesh.positions.size()), output);
     printed = flush_output();
@@ -72,6 +89,7 @@ Command add_render_command(CLI::App& app) {
   add_source_arguments(*command, arguments->source, "Picture to write: .png");
   add_camera_arguments(*command, arguments->camera, "Pixels: WxH");
   add_level_arguments(*command, arguments->level);
+  add_smooth_arguments(*command, arguments->smooth);
   command->add_option("--draw", arguments->draw, "As GL triangle fans or as indexed triangles")
       ->capture_default_str()
       ->check(CLI::IsMember({"fans", "triangles"}));

@@ -7,6 +7,7 @@
 
 #include "client/commands/model_options.h"
 #include "client/commands/output.h"
+#include "client/commands/smooth_options.h"
 #include "client/session/built_in_paths.h"
 #include "client/session/camera_path_file.h"
 #include "client/session/session_run.h"
@@ -26,6 +27,7 @@ struct Arguments {
   bool real_time = false;
   std::optional<std::uint64_t> triangles, memory_mib;
   std::string cache;
+  SmoothArguments smooth;
   bool no_pictures = false;
 };
 
@@ -117,6 +119,11 @@ SessionSettings settings_of(const Arguments& arguments, const CameraPath& path, 
   settings.real_time = arguments.real_time;
   settings.link = symmetric_link(arguments.link_mbit.value_or(10.0), arguments.rtt_ms.value_or(50.0));
   settings.triangle_budget = arguments.triangles;
+  if (arguments.smooth.smooth) {
+    settings.smooth = arguments.smooth.options();
+    settings.smooth->stop = nullptr;  // the run itself looks between frames, and keeps what there is
+    if (arguments.triangles) settings.smooth->max_triangles = *arguments.triangles;
+  }
   if (arguments.memory_mib) settings.memory_budget_bytes = *arguments.memory_mib << 20U;
   if (!arguments.cache.empty()) settings.cache_folder = arguments.cache;
   settings.whole_model = !(arguments.real_time && arguments.no_pictures);
@@ -244,6 +251,7 @@ void add_session_arguments(CLI::App& command, Arguments& arguments) {
   command.add_option("--memory-mib", arguments.memory_mib, "Budget: hold at most so much of the model")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 20U));
   command.add_option("--cache", arguments.cache, "Folder that keeps what comes (--real-time)");
+  add_smooth_arguments(command, arguments.smooth);
   command.add_flag("--no-pictures", arguments.no_pictures, "Only tables and plots: faster");
 }
 

@@ -20,6 +20,10 @@ std::vector<OrderedSegment> order_segments(const AssetHead& head, const AssetInd
     }
     first_cell = end_cell;
   }
+  if (index.polygons.size_bytes != 0) {
+    order.push_back({index.polygon_cell(), 0, index.polygons.size_bytes,
+                     static_cast<std::uint32_t>(head.layer_ends.size())});
+  }
   return order;
 }
 
@@ -33,6 +37,7 @@ std::shared_ptr<const SegmentTable> segment_table(const AssetIndex& index) {
       sizes_bytes.push_back(index.segments[cell.first_segment + i].size_bytes);
     table->add_cell(sizes_bytes);
   }
+  if (index.polygons.size_bytes != 0) table->add_cell(std::vector<std::uint32_t>{index.polygons.size_bytes});
   return table;
 }
 

@@ -18,7 +18,7 @@ struct OrderedSegment {
   std::uint32_t layer = 0;
 };
 
-// By layer, then by cell. Every prefix of it can be refined but for splits that wait for a neighbouring cell.
+// By layer, then by cell; the polygons, if there are any, last, as a layer of their own. Every prefix of it can be refined but for splits that wait for a neighbouring cell.
 std::vector<OrderedSegment> order_segments(const AssetHead& head, const AssetIndex& index);
 
 // What a session of the protocol needs to know of the index.

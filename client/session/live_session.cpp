@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "client/session/view_model.h"
+#include "client/smooth/finest_need.h"
 #include "common/fans/fan_shape.h"
 
 namespace fanstream {
@@ -28,6 +29,7 @@ class LiveSession final : public ViewSession {
     view_.width_px = settings.width;
     view_.height_px = settings.height;
     if (settings.triangle_budget) options_.max_triangles = *settings.triangle_budget;
+    if (settings.smooth) smoother_.emplace(*settings.smooth);
     if (settings.memory_budget_bytes) options_.max_memory_bytes = *settings.memory_budget_bytes;
   }
 
@@ -51,8 +53,14 @@ class LiveSession final : public ViewSession {
 
   Result<FanMesh> fan_mesh() override {
     if (!model_) return FanMesh{};
-    return make_fan_mesh(model_->mesh().triangle_mesh());
+    if (!smoother_) return make_fan_mesh(model_->mesh().triangle_mesh());
+    Result<SmoothedMesh> smoothed = smoother_->smooth(model_->mesh(), view_);
+    if (!smoothed) return tl::unexpected(with_context(smoothed.error(), transport_->name()));
+    smoothing_ = std::move(smoothed->report);
+    return make_fan_mesh(smoothed->mesh);
   }
+  bool mesh_follows_camera() const override { return smoother_.has_value(); }
+  std::optional<SmoothReport> smoothing() const override { return smoothing_; }
 
  private:
   bool can_plan() const { return model_ && model_->has_index(); }
@@ -60,7 +68,7 @@ class LiveSession final : public ViewSession {
   void look_at(const PathView& view) {
     view_.camera = view.camera;
     if (model_) view_.near_distance = depth_range(view.camera, bounds_).near_distance;
-    options_.tolerance_px = view.tolerance_px;
+    wanted_tolerance_px_ = options_.tolerance_px = view.tolerance_px;
     options_.criteria.focus_point.reset();
     if (view.focus) {
       FocusPoint focus;
@@ -105,12 +113,18 @@ class LiveSession final : public ViewSession {
     auto shared = std::make_shared<const AssetIndex>(std::move(*index));
     if (Result<void> set = model_->set_index(shared, "the index"); !set) return set;
     if (Result<void> used = transport_->use_index(*shared); !used) return used;
-    wanted_.assign(shared->cells.size(), 0);
+    wanted_.assign(shared->cells.size() + 1, 0);  // with the polygons' own
+    model_->want_polygons(smoother_.has_value());
+    if (smoother_) finest_need_.emplace(*head_, *shared);
     return plan_and_ask();
   }
 
   // Plans, goes towards the plan with what is held, looks again at how things stand then, and asks for what is missing.
   Result<void> plan_and_ask() {
+    if (finest_need_) {
+      const bool finest = finest_need_->decide(view_, options_.criteria, model_->table(), model_->mesh());
+      options_.tolerance_px = finest ? 0.0 : wanted_tolerance_px_;
+    }
     timed(step_.plan_ms, [&] { model_->plan(view_, options_); });
     constexpr int kMostRounds = 8;  // cells that come to be may have their segments already
     for (int round = 0; round < kMostRounds; ++round) {
@@ -131,6 +145,7 @@ class LiveSession final : public ViewSession {
     for (const Want& want : model_->current_plan().wants) {
       wanted_[want.cell] = std::max(wanted_[want.cell], want.prefix);
     }
+    if (model_->wants_polygons()) wanted_.back() = 1;
     return transport_->want(std::move(wants));
   }
 
@@ -168,6 +183,10 @@ class LiveSession final : public ViewSession {
   Bounds bounds_;
   SessionStep step_;
   std::optional<FirstImage> first_image_;
+  std::optional<SilhouetteSmoother> smoother_;
+  std::optional<SmoothReport> smoothing_;  // of the last mesh
+  std::optional<FinestNeed> finest_need_;  // with smoother_ and the index
+  double wanted_tolerance_px_ = 1.0;       // of the path
   std::vector<CellRun> asked_;
   std::vector<std::uint32_t> wanted_;  // by cell: the prefix of the newest list
   std::uint64_t segment_bytes_ = 0, segments_ = 0, stale_bytes_ = 0;

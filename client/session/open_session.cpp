@@ -36,7 +36,7 @@ Result<std::vector<std::byte>> receive_file(SegmentStream& stream, const Session
     if (!*event) continue;
     const auto* segment = std::get_if<event::SegmentArrived>(&**event);
     if (segment == nullptr) continue;
-    const SegmentEntry& entry = index->segments[index->cells[segment->cell].first_segment + segment->segment];
+    const SegmentEntry& entry = index->entry(segment->cell, segment->segment);
     std::copy(segment->bytes.begin(), segment->bytes.end(),
               sections.begin() + static_cast<std::ptrdiff_t>(entry.offset));
     received += segment->bytes.size();

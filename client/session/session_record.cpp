@@ -34,6 +34,22 @@ std::string_view name(ViewState state) {
   return "";
 }
 
+namespace {
+
+void add_smoothing(std::span<const FrameRecord> frames, SessionSummary& summary) {
+  std::size_t smoothed = 0;
+  for (const FrameRecord& frame : frames) {
+    if (!frame.smoothing) continue;
+    summary.smooth_faces_most = std::max(summary.smooth_faces_most, frame.smoothing->faces_after);
+    summary.smooth_ms_mean += frame.smoothing->smooth_ms;
+    summary.smooth_ms_worst = std::max(summary.smooth_ms_worst.value_or(0.0), frame.smoothing->smooth_ms);
+    smoothed += frame.smoothing->smooth_ms > 0.0 ? 1 : 0;
+  }
+  if (smoothed > 0) summary.smooth_ms_mean /= static_cast<double>(smoothed);
+}
+
+}  // namespace
+
 SessionSummary summarise(std::span<const FrameRecord> frames, const std::optional<PeerDownload>& draco,
                          const std::optional<FirstImage>& first_image) {
   SessionSummary summary;
@@ -76,6 +92,7 @@ SessionSummary summarise(std::span<const FrameRecord> frames, const std::optiona
   }
   if (drawn > 0) summary.draw_ms_mean /= static_cast<double>(drawn);
   if (measured) summary.psnr_db_least = least_psnr;
+  add_smoothing(frames, summary);
   if (!frames.empty()) {
     const FrameRecord& last = frames.back();
     summary.duration_s = last.time_s;

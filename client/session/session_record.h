@@ -25,6 +25,14 @@ struct PictureDifference {
   double differing_share = 0.0;  // of the pixels, 0 to 1
 };
 
+// What was drawn instead of the live mesh where it is subdivided past its finest level.
+struct FrameSmoothing {
+  std::uint64_t faces_before = 0, eligible_faces = 0, faces_after = 0;  // as in SmoothReport
+  std::uint32_t depth = 0;                                              // half-steps
+  double smooth_ms = 0.0;                                               // 0 where the mesh before served again
+  std::string limitation;
+};
+
 // Of one frame. What counts up counts from the session's start.
 struct FrameRecord {
   std::uint32_t frame = 0;
@@ -45,6 +53,7 @@ struct FrameRecord {
   ViewState state = ViewState::progressing;
   std::string reason;             // of a degraded state
   std::uint64_t stale_bytes = 0;  // segments that came after the view had given them up
+  std::optional<FrameSmoothing> smoothing = {};
 };
 
 inline constexpr std::array<double, 4> kErrorSteps{8.0, 4.0, 2.0, 1.0};  // px
@@ -73,6 +82,10 @@ struct SessionSummary {
   // Over all frames; drawing over those that were drawn anew.
   double plan_ms_mean = 0.0, apply_ms_mean = 0.0, draw_ms_mean = 0.0;
   double plan_ms_worst = 0.0, apply_ms_worst = 0.0, draw_ms_worst = 0.0;
+  // Of frames that were smoothed anew; none without smoothing.
+  double smooth_ms_mean = 0.0;
+  std::optional<double> smooth_ms_worst;
+  std::uint64_t smooth_faces_most = 0;
   double psnr_db_least = 0.0;  // of the frames with a mesh; 0 where no differences were measured
   std::uint32_t degraded_frames = 0;
   std::string degraded_reason;  // the last one
@@ -90,7 +103,7 @@ SessionSummary summarise(std::span<const FrameRecord> frames, const std::optiona
                          const std::optional<FirstImage>& first_image = {});
 
 // One line a frame under a line of names: the fields of FrameRecord in order, `psnr_db` and `differing_share` for the
-// difference, `state` by name. What there is none of is empty; an infinite PSNR is "inf". Numbers with a point,
+// difference, `state` by name; those of `smoothing` only where a frame has it. What there is none of is empty; an infinite PSNR is "inf". Numbers with a point,
 // whatever the locale; `reason` is quoted. Lines end in LF.
 std::string to_csv(std::span<const FrameRecord> frames);
 

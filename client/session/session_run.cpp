@@ -72,6 +72,12 @@ FrameRecord record_of(const SessionStep& step, std::size_t frame, const PathView
   return record;
 }
 
+std::optional<FrameSmoothing> smoothing_of(const std::optional<SmoothReport>& report) {
+  if (!report) return {};
+  return FrameSmoothing{report->faces_before, report->eligible_faces,   report->faces_after,
+                        report->depth,        report->seconds * 1000.0, report->limitation};
+}
+
 class SessionRun {
  public:
   SessionRun(ViewSession& session, const CameraPath& path, const SessionRunOptions& options)
@@ -143,7 +149,8 @@ class SessionRun {
   Result<void> draw(const Camera& camera, FrameRecord& record) {
     if (!pictures_) return {};
     const bool changed = report_.frames.empty() || record.splits_applied + record.splits_undone > 0 ||
-                         record.triangles != report_.frames.back().triangles;
+                         record.triangles != report_.frames.back().triangles || smoothing_changes(camera, record);
+    camera_ = camera;
     if (changed) {
       Result<FanMesh> mesh = session_.fan_mesh();
       if (!mesh) return tl::unexpected(mesh.error());
@@ -151,7 +158,16 @@ class SessionRun {
       issued_vertices_ = fan_statistics(mesh_.vertices.size(), mesh_).issued_vertices;
     }
     record.issued_vertices = issued_vertices_;
+    record.smoothing = smoothing_of(session_.smoothing());
+    if (record.smoothing && !changed) record.smoothing->smooth_ms = 0.0;
     return pictures_->add(mesh_, changed, camera, record);
+  }
+
+  // What is smoothed is so for one camera; and segments may tell of faces that were not known.
+  bool smoothing_changes(const Camera& camera, const FrameRecord& record) const {
+    if (!session_.mesh_follows_camera()) return false;
+    const View now{camera, path_.width, path_.height, 0.0};
+    return !(now == View{camera_, path_.width, path_.height, 0.0}) || record.segments != report_.frames.back().segments;
   }
 
   Result<void> keep(const char* file, const std::function<Result<void>(const fs::path&)>& write) {
@@ -203,6 +219,7 @@ class SessionRun {
   const SessionRunOptions& options_;
   std::optional<SessionPictures> pictures_;
   FanMesh mesh_;
+  Camera camera_;                      // of the last frame
   std::uint64_t issued_vertices_ = 0;  // of mesh_
   SessionRunReport report_;
 };

@@ -1,6 +1,7 @@
 // The writers of session_record.h.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -15,6 +16,8 @@ constexpr std::string_view kCsvNames =
     "frame,time_s,cut,received_bytes,segment_bytes,segments,splits_applied,splits_undone,triangles,issued_vertices,"
     "error_px,wanted_tolerance_px,tolerance_px,psnr_db,differing_share,plan_ms,apply_ms,draw_ms,state,reason,stale_"
     "bytes";
+constexpr std::string_view kSmoothCsvNames =
+    ",smooth_faces_before,smooth_eligible_faces,smooth_faces_after,smooth_depth,smooth_ms";
 
 // Text in quotes, on one line, and no formula for a spreadsheet.
 std::string csv_text(std::string_view text) {
@@ -25,6 +28,14 @@ std::string csv_text(std::string_view text) {
     quoted += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
   }
   return quoted + '"';
+}
+
+bool smooths(const FrameRecord& frame) { return frame.smoothing.has_value(); }
+
+std::string smooth_csv(const std::optional<FrameSmoothing>& smoothing) {
+  if (!smoothing) return ",,,,,";
+  return fmt::format(",{},{},{},{},{:.4f}", smoothing->faces_before, smoothing->eligible_faces, smoothing->faces_after,
+                     smoothing->depth, smoothing->smooth_ms);
 }
 
 // The shortest text that gives back the number.
@@ -60,6 +71,14 @@ Json json_of(const FrameRecord& f) {
   json["state"] = name(f.state);
   json["reason"] = f.reason.empty() ? Json(nullptr) : Json(f.reason);
   json["stale_bytes"] = f.stale_bytes;
+  if (f.smoothing) {
+    json["smooth_silhouette"] = {{"faces_before", f.smoothing->faces_before},
+                                 {"eligible_faces", f.smoothing->eligible_faces},
+                                 {"faces_after", f.smoothing->faces_after},
+                                 {"depth", f.smoothing->depth},
+                                 {"smooth_ms", f.smoothing->smooth_ms}};
+    if (!f.smoothing->limitation.empty()) json["smooth_silhouette"]["limitation"] = f.smoothing->limitation;
+  }
   return json;
 }
 
@@ -88,6 +107,11 @@ Json json_of(const SessionSummary& s) {
              {"decode_s", s.draco->decode_s},
              {"picture_s", s.draco->picture_s()}};
   }
+  Json smoothing;  // null
+  if (s.smooth_ms_worst) {
+    smoothing = {{"faces_after_most", s.smooth_faces_most},
+                 {"smooth_ms", {{"mean", s.smooth_ms_mean}, {"worst", *s.smooth_ms_worst}}}};
+  }
   return {{"frames", s.frames},
           {"duration_s", s.duration_s},
           {"first_image_s", json_number(s.first_image_s)},
@@ -105,6 +129,7 @@ Json json_of(const SessionSummary& s) {
           {"end_state", name(s.end_state)},
           {"degraded_frames", s.degraded_frames},
           {"degraded_reason", s.degraded_reason.empty() ? Json(nullptr) : Json(s.degraded_reason)},
+          {"smooth_silhouette", smoothing},
           {"shots", shots},
           {"draco", draco}};
 }
@@ -175,17 +200,21 @@ std::string time_line(const char* what, double mean, double worst) {
 }  // namespace
 
 std::string to_csv(std::span<const FrameRecord> frames) {
-  std::string text = std::string(kCsvNames) + '\n';
+  const bool smoothed = std::any_of(frames.begin(), frames.end(), smooths);
+  std::string text = std::string(kCsvNames);
+  if (smoothed) text += kSmoothCsvNames;
+  text += '\n';
   for (const FrameRecord& f : frames) {
     const auto of_difference = [&f](double PictureDifference::*member) {
       return f.difference ? csv_number((*f.difference).*member) : std::string();
     };
-    text +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{},{},{}\n", f.frame, f.time_s,
-                    f.cut ? 1 : 0, f.received_bytes, f.segment_bytes, f.segments, f.splits_applied, f.splits_undone,
-                    f.triangles, f.issued_vertices, csv_number(f.error_px), f.wanted_tolerance_px, f.tolerance_px,
-                    of_difference(&PictureDifference::psnr_db), of_difference(&PictureDifference::differing_share),
-                    f.plan_ms, f.apply_ms, f.draw_ms, name(f.state), csv_text(f.reason), f.stale_bytes);
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{},{},{}", f.frame, f.time_s,
+                        f.cut ? 1 : 0, f.received_bytes, f.segment_bytes, f.segments, f.splits_applied, f.splits_undone,
+                        f.triangles, f.issued_vertices, csv_number(f.error_px), f.wanted_tolerance_px, f.tolerance_px,
+                        of_difference(&PictureDifference::psnr_db), of_difference(&PictureDifference::differing_share),
+                        f.plan_ms, f.apply_ms, f.draw_ms, name(f.state), csv_text(f.reason), f.stale_bytes);
+    if (smoothed) text += smooth_csv(f.smoothing);
+    text += '\n';
   }
   return text;
 }
@@ -222,6 +251,10 @@ std::string to_text(const SessionHeader& header, const SessionSummary& s) {
   text += time_line("plan", s.plan_ms_mean, s.plan_ms_worst);
   text += time_line("apply", s.apply_ms_mean, s.apply_ms_worst);
   if (s.draw_ms_worst > 0.0) text += time_line("draw", s.draw_ms_mean, s.draw_ms_worst);
+  if (s.smooth_ms_worst) {
+    text += time_line("smooth", s.smooth_ms_mean, *s.smooth_ms_worst);
+    text += fmt::format("            {} faces at most\n", grouped(s.smooth_faces_most));
+  }
   if (s.psnr_db_least > 0.0) {
     text += std::isfinite(s.psnr_db_least) ? fmt::format("pictures    {:.1f} dB PSNR at least\n", s.psnr_db_least)
                                            : std::string("pictures    equal to the full model's\n");

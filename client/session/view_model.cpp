@@ -117,6 +117,7 @@ std::vector<CellRun> ViewModel::wants() const {
   std::vector<CellPrefix> list;
   list.reserve(plan_->wants.size());
   for (const Want& want : plan_->wants) list.push_back({want.cell, want.prefix});
+  if (wants_polygons()) list.push_back({mesh_.index().polygon_cell(), 1});
   return to_runs(list);
 }
 

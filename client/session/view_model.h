@@ -40,8 +40,13 @@ class ViewModel {
   //
   // What to apply, fetch and forget for this view, from how things stand. Valid until the next call.
   const Plan& plan(const View& view, const PlanOptions& options);
-  // The plan's wants, packed.
+  // The plan's wants, packed; the polygons behind them, if they are wanted.
   std::vector<CellRun> wants() const;
+  // Whether to ask for the asset's polygons, which no plan does; before, they are not.
+  void want_polygons(bool wanted) { polygons_wanted_ = wanted; }
+  bool wants_polygons() const {
+    return polygons_wanted_ && mesh_.index().polygons.size_bytes != 0 && mesh_.polygon_bytes().empty();
+  }
   // Refines and coarsens towards the plan's targets with what is held, at most about so many splits.
   MeshMove apply(std::uint64_t split_budget = ProgressiveMesh::kNoBudget);
   // Forgets the segments that the plan gives up. Returns what to tell the stream.
@@ -60,6 +65,7 @@ class ViewModel {
   CellTable table_;
   std::unique_ptr<Planner> planner_;
   const Plan* plan_ = nullptr;
+  bool polygons_wanted_ = false;
   std::vector<std::uint8_t> targets_;            // those that the mesh has been told
   std::vector<ProgressiveMesh::Support> found_;  // scratch
   std::vector<Support> supports_;                // scratch

@@ -12,6 +12,7 @@
 #include "client/session/camera_path.h"
 #include "client/session/session_record.h"
 #include "client/session/virtual_link.h"
+#include "client/smooth/smooth_silhouette.h"
 #include "common/fans/fan_mesh.h"
 #include "common/mesh/triangle_mesh.h"
 
@@ -46,6 +47,9 @@ class ViewSession {
 
   // The mesh as it is, to be drawn; empty before FM0 has come.
   virtual Result<FanMesh> fan_mesh() = 0;
+  // Whether fan_mesh() changes with the camera alone, and what smoothing did for the last one, if it is on.
+  virtual bool mesh_follows_camera() const { return false; }
+  virtual std::optional<SmoothReport> smoothing() const { return {}; }
   // When FM0 could be drawn, and after how many bytes: more exactly than frames tell. Nothing before.
   virtual std::optional<FirstImage> first_image() const = 0;
 };
@@ -56,6 +60,7 @@ struct SessionSettings {
   bool real_time = false;
   VirtualLinkOptions link;  // in virtual time
   std::optional<std::uint64_t> triangle_budget, memory_budget_bytes;
+  std::optional<SmoothOptions> smooth;  // meshes to draw are subdivided past the finest level
   std::optional<std::filesystem::path> cache_folder;
   bool whole_model = true;  // the model is wanted in OpenedSession::full too
   const std::atomic<bool>* stop = nullptr;

@@ -127,7 +127,7 @@ Result<void> AssetFile::read() {
 }
 
 std::span<const std::byte> AssetFile::segment(std::uint32_t cell, std::uint32_t segment) const {
-  const SegmentEntry& entry = index_->segments[index_->cells[cell].first_segment + segment];
+  const SegmentEntry& entry = index_->entry(cell, segment);
   return bytes_.subspan(entry.offset, entry.size_bytes);
 }
 

@@ -40,8 +40,13 @@ class AssetFile final : public SegmentSource {
   std::span<const std::byte> index() const override {
     return bytes_.subspan(preamble_.head_bytes, preamble_.index_bytes);
   }
-  std::uint32_t cell_count() const override { return static_cast<std::uint32_t>(index_->cells.size()); }
-  std::uint32_t segment_count(std::uint32_t cell) const override { return index_->cells[cell].segment_count; }
+  // With one more cell, of one segment, where there are polygons (AssetIndex::polygons).
+  std::uint32_t cell_count() const override {
+    return static_cast<std::uint32_t>(index_->cells.size() + (index_->polygons.size_bytes != 0 ? 1 : 0));
+  }
+  std::uint32_t segment_count(std::uint32_t cell) const override {
+    return cell == index_->polygon_cell() ? 1 : index_->cells[cell].segment_count;
+  }
   std::span<const std::byte> segment(std::uint32_t cell, std::uint32_t segment) const override;
   std::uint64_t vertex_count() const override { return head_->vertex_count; }
   std::uint64_t triangle_count() const override { return head_->triangle_count; }

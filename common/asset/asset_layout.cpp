@@ -92,6 +92,7 @@ void write_head(const AssetHead& head, std::span<const std::byte> coded_base, By
   head.statistics.write(out);
   out.varint(coded_base.size());
   out.bytes(coded_base);
+  if (head.polygon_bytes != 0) out.varint(head.polygon_bytes);
 }
 
 namespace {
@@ -143,9 +144,17 @@ Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string&
   head.statistics = *statistics;
   head.statistics_bytes = static_cast<std::uint32_t>(in.position() - statistics_at);
   const std::uint64_t base_bytes = in.varint();
-  if (in.failed() || base_bytes != in.remaining()) return tl::unexpected(in.error(name, "FM0 does not fill the head"));
+  if (in.failed() || base_bytes > in.remaining()) return tl::unexpected(in.error(name, "FM0 does not fit the head"));
   head.base_bytes = static_cast<std::uint32_t>(base_bytes);
-  Result<BaseMesh> base = decode_base(in.bytes(base_bytes), head.vertex_count);
+  const std::span<const std::byte> coded_base = in.bytes(static_cast<std::size_t>(base_bytes));
+  if (in.remaining() != 0) {
+    const std::uint64_t polygon_bytes = in.varint();
+    if (in.failed() || in.remaining() != 0 || polygon_bytes == 0 || polygon_bytes > kMostPolygonBytes) {
+      return tl::unexpected(in.error(name, "impossible size of the polygon section"));
+    }
+    head.polygon_bytes = static_cast<std::uint32_t>(polygon_bytes);
+  }
+  Result<BaseMesh> base = decode_base(coded_base, head.vertex_count);
   if (!base) return tl::unexpected(with_context(base.error(), name + ": FM0"));
   head.base = std::move(*base);
   for (const GridPoint& place : head.base.places) {
@@ -379,10 +388,11 @@ class IndexReader {
     };
     each([&](std::uint32_t layer, const SegmentEntry& segment) { layer_bytes[layer + 1] += segment.size_bytes; });
     for (std::size_t l = 1; l < layer_bytes.size(); ++l) layer_bytes[l] += layer_bytes[l - 1];
-    if (layer_bytes.back() != preamble.segment_bytes) {
+    if (layer_bytes.back() + head_.polygon_bytes != preamble.segment_bytes) {
       return fail(ErrorKind::bad_input, name_ + ": segment sizes do not add up to the segment section");
     }
     const std::uint64_t start = preamble.head_bytes + preamble.index_bytes;
+    index_.polygons = {start + layer_bytes.back(), head_.polygon_bytes, 0};
     each([&](std::uint32_t layer, SegmentEntry& segment) {
       segment.offset = start + layer_bytes[layer];
       layer_bytes[layer] += segment.size_bytes;

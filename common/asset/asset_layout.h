@@ -18,6 +18,7 @@ inline constexpr std::uint32_t kAssetVersion = 3;
 inline constexpr std::uint32_t kMostVertices = 1U << 28;
 inline constexpr std::size_t kPreambleBytes = 48;
 
+inline constexpr std::uint64_t kMostPolygonBytes = 1U << 26;  // as much as one segment may have in the protocol
 inline constexpr std::size_t kBlockBytes = 16384;  // of the content, for each of which the file ends with a checksum
 
 // The first bytes of every asset: where its three sections lie, and what they add up to.
@@ -45,6 +46,7 @@ struct AssetHead {
   BaseMesh base;
   std::uint32_t base_bytes = 0;   // of FM0 as coded by Draco
   std::uint32_t statistics_bytes = 0;  // of the coding statistics
+  std::uint32_t polygon_bytes = 0;     // of the polygon section at the end of the segments (polygon_section.h), or 0
 
   std::uint32_t generation_count() const { return layer_ends.empty() ? 0 : layer_ends.back(); }
   std::uint32_t layer_begin(std::uint32_t slab) const { return slab == 0 ? 0 : slab_ends[slab - 1]; }
@@ -76,6 +78,16 @@ struct AssetIndex {
   std::vector<std::uint8_t> base_next_splits;  // by vertex of FM0: the generation, or kNeverSplit
   std::vector<CellEntry> cells;  // by slab, then by parent
   std::vector<SegmentEntry> segments;  // by cell
+  // The polygon section, if size_bytes is not 0. To the protocol it is one more cell, behind the last, of one segment.
+  SegmentEntry polygons;
+  std::uint32_t polygon_cell() const { return static_cast<std::uint32_t>(cells.size()); }
+  bool is_polygons(std::uint32_t cell, std::uint32_t segment) const {
+    return cell == cells.size() && segment == 0 && polygons.size_bytes != 0;
+  }
+  // Precondition: there is such a segment, or is_polygons().
+  const SegmentEntry& entry(std::uint32_t cell, std::uint32_t segment) const {
+    return cell == cells.size() ? polygons : segments[cells[cell].first_segment + segment];
+  }
 
   // Whether no later segment of the cell has any bytes: its stream ends with this one.
   bool is_last_coded(const CellEntry& cell, std::uint32_t segment) const {

@@ -98,7 +98,8 @@ class RegionForest {
 
 class Pairer {
  public:
-  explicit Pairer(TriangleMesh& mesh) : mesh_(mesh) {}
+  Pairer(TriangleMesh& mesh, std::vector<std::uint32_t>* by_triangle)
+      : mesh_(mesh), by_triangle_(by_triangle != nullptr && !by_triangle->empty() ? by_triangle : nullptr) {}
 
   FacePairing run() {
     EdgeGroups groups(mesh_);
@@ -158,8 +159,11 @@ class Pairer {
     });
     std::size_t kept = 0;
     for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
-      if (dead[i] == 0) mesh_.triangles[kept++] = mesh_.triangles[i];
+      if (dead[i] != 0) continue;
+      if (by_triangle_ != nullptr) (*by_triangle_)[kept] = (*by_triangle_)[i];
+      mesh_.triangles[kept++] = mesh_.triangles[i];
     }
+    if (by_triangle_ != nullptr) by_triangle_->resize(kept);
     result_.duplicate_triangles = mesh_.triangles.size() - kept;
     mesh_.triangles.resize(kept);
   }
@@ -334,6 +338,7 @@ class Pairer {
   }
 
   TriangleMesh& mesh_;
+  std::vector<std::uint32_t>* by_triangle_;
   FacePairing result_;
   std::vector<std::uint32_t> region_;  // per triangle
   std::vector<std::uint8_t> flip_;     // per triangle
@@ -344,6 +349,8 @@ class Pairer {
 
 }  // namespace
 
-FacePairing pair_faces(TriangleMesh& mesh) { return Pairer(mesh).run(); }
+FacePairing pair_faces(TriangleMesh& mesh, std::vector<std::uint32_t>* by_triangle) {
+  return Pairer(mesh, by_triangle).run();
+}
 
 }  // namespace fanstream

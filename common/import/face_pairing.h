@@ -23,7 +23,8 @@ struct FacePairing {
 
 // Removes duplicate triangles, reverses triangles in place and pairs their half-edges as mesh_cleaner.h states.
 // Afterwards opposite[opposite[h]] == h, and two joined half-edges run between the same two vertices in opposite
-// directions. Precondition: no triangle repeats a corner.
-FacePairing pair_faces(TriangleMesh& mesh);
+// directions. What is kept by triangle in `by_triangle` (unless that is empty or null) goes along with its triangle.
+// Precondition: no triangle repeats a corner.
+FacePairing pair_faces(TriangleMesh& mesh, std::vector<std::uint32_t>* by_triangle = nullptr);
 
 }  // namespace fanstream

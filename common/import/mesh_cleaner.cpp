@@ -32,17 +32,20 @@ std::vector<VertexId> find_first_at_position(std::vector<glm::dvec3>& positions)
   return first;
 }
 
-void weld(TriangleMesh& mesh, RepairReport& report) {
+void weld(TriangleMesh& mesh, std::vector<std::uint32_t>& source_faces, RepairReport& report) {
   const std::vector<VertexId> first = find_first_at_position(mesh.positions);
   for (std::size_t v = 0; v < first.size(); ++v) report.welded_vertices += first[v] != v ? 1 : 0;
   std::size_t kept = 0;
-  for (const Triangle& t : mesh.triangles) {
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Triangle& t = mesh.triangles[i];
     const Triangle welded{first[t[0]], first[t[1]], first[t[2]]};
     if (welded[0] == welded[1] || welded[1] == welded[2] || welded[2] == welded[0]) continue;
+    if (!source_faces.empty()) source_faces[kept] = source_faces[i];
     mesh.triangles[kept++] = welded;
   }
   report.degenerate_triangles = mesh.triangles.size() - kept;
   mesh.triangles.resize(kept);
+  if (!source_faces.empty()) source_faces.resize(kept);
 }
 
 // Keeps the order of the vertices that stay.
@@ -73,14 +76,14 @@ std::vector<std::pair<std::string, std::uint64_t>> named_counts(const RepairRepo
           {"split_vertices", report.split_vertices}};
 }
 
-CleanedMesh clean_mesh(TriangleMesh mesh) {
-  CleanedMesh cleaned{std::move(mesh), {}};
+CleanedMesh clean_mesh(TriangleMesh mesh, std::vector<std::uint32_t> source_faces) {
+  CleanedMesh cleaned{std::move(mesh), {}, std::move(source_faces)};
   RepairReport& report = cleaned.report;
   const std::size_t vertices_before = cleaned.mesh.positions.size();
-  weld(cleaned.mesh, report);
+  weld(cleaned.mesh, cleaned.source_faces, report);
   drop_unreferenced_vertices(cleaned.mesh);
   report.unreferenced_vertices = vertices_before - report.welded_vertices - cleaned.mesh.positions.size();
-  FacePairing pairing = pair_faces(cleaned.mesh);
+  FacePairing pairing = pair_faces(cleaned.mesh, &cleaned.source_faces);
   report.duplicate_triangles = pairing.duplicate_triangles;
   report.flipped_triangles = pairing.flipped_triangles;
   const FanSplitCounts counts = split_fans(cleaned.mesh, pairing);

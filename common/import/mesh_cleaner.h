@@ -31,6 +31,10 @@ std::vector<std::pair<std::string, std::uint64_t>> named_counts(const RepairRepo
 struct CleanedMesh {
   TriangleMesh mesh;
   RepairReport report;
+  // By triangle of `mesh`, as they were given; empty if none were. A polygon of which triangles were dropped, or two
+  // of whose triangles came apart along an edge that they shared, is no longer whole: what to make of such a face is
+  // up to who joins triangles (polygon_faces.h).
+  std::vector<std::uint32_t> source_faces = {};
 };
 
 // The result satisfies is_oriented_manifold(); it may be empty and may have any number of components. The drawn
@@ -45,7 +49,7 @@ struct CleanedMesh {
 //
 // Deterministic. Linear time but for sorting around non-manifold edges; about 60 bytes per triangle of working memory.
 // Precondition: every index is in range, positions are finite, at most kMaxTriangles and kMaxVertices, all of which
-// import_mesh() has checked.
-CleanedMesh clean_mesh(TriangleMesh mesh);
+// import_mesh() has checked; `source_faces` (ImportedMesh's) is empty or has one number for each triangle.
+CleanedMesh clean_mesh(TriangleMesh mesh, std::vector<std::uint32_t> source_faces = {});
 
 }  // namespace fanstream

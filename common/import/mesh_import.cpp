@@ -80,6 +80,7 @@ Result<ImportedMesh> import_unguarded(const Result<InputFile>& file, const Impor
     return fail_in(*file, ErrorKind::bad_input,
                    fmt::format("the {} file has no triangles: points and lines cannot be streamed", name(*format)));
   }
+  if (options.keep_polygons && result->polygons.face_count() == 0) result->polygons = polygon_mesh(result->mesh);
   result->format = *format;
   if (extension && *extension != *format) {
     result->warnings.push_back(

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/mesh/polygon_mesh.h"
 #include "common/mesh/triangle_mesh.h"
 #include "common/mesh/vertex_attributes.h"
 #include "common/support/result.h"
@@ -35,12 +36,19 @@ struct ImportOptions {
   // Reads texture coordinates and colours too, where the file has them. Vertices are then what has one position and one set
   // of attributes: where corners of one position differ in texture coordinates, it is repeated.
   bool keep_attributes = false;
+  // Also give the faces as the file has them: polygons of OBJ, PLY and OFF, and OBJ's weights. Other formats give their
+  // triangles. Not together with keep_attributes.
+  bool keep_polygons = false;
 };
 
 struct ImportedMesh {
-  TriangleMesh mesh;  // the model's own coordinates and winding; indices in range, positions finite, not cleaned
+  TriangleMesh mesh;     // the model's own coordinates and winding; indices in range, positions finite, not cleaned
+  PolygonMesh polygons;  // with keep_polygons, over the same vertices; repeated corners and the like as they are
   VertexAttributes attributes;  // of the vertices, with keep_attributes; else empty
   MeshFormat format = MeshFormat::ply;
+  // By triangle, the number of the source's face that it is part of: a polygon's triangles, which follow one another,
+  // share one. Empty where all faces are triangles (always for STL and glTF).
+  std::vector<std::uint32_t> source_faces = {};
   std::vector<std::string> warnings;  // what was ignored or looked odd, each a whole sentence with its place
 };
 

@@ -20,6 +20,8 @@ constexpr std::array<std::string_view, 18> kFreeFormKeywords = {"vp",    "deg", 
                                                                 "curv2", "surf", "parm", "trim", "hole",   "scrv",
                                                                 "sp",    "end",  "con",  "mg",   "ctech",  "stech"};
 
+constexpr double kMinWeight = 1e-30;  // beyond it, and kMaxCoordinate, weighted coordinates overflow
+
 class ObjReader {
  public:
   ObjReader(const InputFile& file, const ImportOptions& options)
@@ -50,6 +52,8 @@ class ObjReader {
     }
     note_oddities(result.warnings);
     result.mesh = assembly_.finish(result.warnings);
+    result.source_faces = assembly_.source_faces();
+    result.polygons = assembly_.take_polygons();
     return result;
   }
 
@@ -70,8 +74,35 @@ class ObjReader {
       return fail_in(file_, ErrorKind::limit, fmt::format("more than the limit of {} vertices", options_.max_vertices));
     }
     assembly_.positions().push_back(position);
+    if (assembly_.keeps_polygons()) {
+      if (auto done = read_weight(); !done) return done;
+    }
     if (options_.keep_attributes) read_color();
     skip_logical_line();  // a weight or a colour may follow
+    return {};
+  }
+
+  // One number behind the coordinates is the weight of a rational vertex; three are a colour.
+  Result<void> read_weight() {
+    const char* place = scanner_.place();
+    double weight = 1.0;
+    double more = 0.0;
+    int count = 0;
+    scanner_.skip_blanks();
+    while (count < 2 && scanner_.number(count == 0 ? weight : more) == TextScanner::Number::ok) {
+      ++count;
+      scanner_.skip_blanks();
+    }
+    if (count == 1) {
+      if (!(weight >= kMinWeight && weight <= kMaxCoordinate)) {
+        return scanner_.fail_at(
+            place,
+            fmt::format("vertex {}: the weight {} is not above 0: such points lie nowhere, or it is not a weight",
+                        assembly_.positions().size(), weight));
+      }
+      assembly_.set_weight(weight);
+    }
+    scanner_.move_to(place);
     return {};
   }
 
@@ -262,7 +293,7 @@ class ObjReader {
   const InputFile& file_;
   const ImportOptions& options_;
   TextScanner scanner_;
-  MeshAssembly assembly_;
+  MeshAssembly assembly_{options_.keep_polygons};
   std::vector<VertexId> corners_;  // of the face at hand
   std::uint64_t highest_forward_index_ = 0;
   const char* highest_forward_place_ = nullptr;

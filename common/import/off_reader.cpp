@@ -38,6 +38,8 @@ class OffReader {
     }
     if (options_.keep_attributes) take_attributes(result);
     result.mesh = assembly_.finish(result.warnings);
+    result.source_faces = assembly_.source_faces();
+    result.polygons = assembly_.take_polygons();
     return result;
   }
 
@@ -181,7 +183,7 @@ class OffReader {
   const InputFile& file_;
   const ImportOptions& options_;
   TextScanner scanner_;
-  MeshAssembly assembly_;
+  MeshAssembly assembly_{options_.keep_polygons};
   std::uint64_t vertex_count_ = 0;
   std::uint64_t face_count_ = 0;
   std::vector<VertexId> corners_;  // of the face at hand

@@ -157,6 +157,8 @@ class BodyReader {
     result.attributes = std::move(attributes_);
     finish_attributes(result.attributes, assembly_.positions().size(), result.warnings);
     result.mesh = assembly_.finish(result.warnings);
+    result.source_faces = assembly_.source_faces();
+    result.polygons = assembly_.take_polygons();
     return result;
   }
 
@@ -407,7 +409,7 @@ class BodyReader {
   const PlyHeader& header_;
   const ImportOptions& options_;
   Values values_;
-  MeshAssembly assembly_;
+  MeshAssembly assembly_{options_.keep_polygons};
   std::uint64_t vertex_count_ = 0;
   std::uint64_t vertex_total_ = 0;    // with those that corners have added
   std::vector<VertexId> corners_;     // of the face at hand

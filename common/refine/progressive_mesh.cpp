@@ -172,6 +172,7 @@ bool ProgressiveMesh::holds(std::uint32_t cell, std::uint32_t segment) const {
 Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32_t segment,
                                           std::span<const std::byte> bytes) {
   const auto where = [&] { return "cell " + std::to_string(cell_number) + " segment " + std::to_string(segment); };
+  if (index_ && index_->is_polygons(cell_number, segment)) return keep_polygons(bytes);
   if (!index_ || cell_number >= cells_.size() || segment >= index_->cells[cell_number].segment_count) {
     return fail(ErrorKind::bad_input, where() + " does not exist in this asset");
   }
@@ -186,6 +187,15 @@ Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32
   held_.add(cell_number, segment, bytes);
   update_limit(cell_number);
   note_change(cell_number);
+  return {};
+}
+
+Result<void> ProgressiveMesh::keep_polygons(std::span<const std::byte> bytes) {
+  if (bytes.size() != index_->polygons.size_bytes) {
+    return fail(ErrorKind::bad_input, "polygons: " + std::to_string(bytes.size()) + " bytes, the head says " +
+                                          std::to_string(index_->polygons.size_bytes));
+  }
+  polygons_.assign(bytes.begin(), bytes.end());
   return {};
 }
 
@@ -388,7 +398,7 @@ std::uint32_t ProgressiveMesh::complete_generation() const {
 std::size_t ProgressiveMesh::memory_bytes() const {
   const auto array = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
   std::size_t bytes = sizeof(*this) + state_.memory_bytes() + held_.memory_bytes() + array(cells_) + array(queue_) +
-                      array(excess_) + array(changed_) + array(emptied_) + array(scratch_.points) +
+                      array(excess_) + array(changed_) + array(emptied_) + array(polygons_) + array(scratch_.points) +
                       array(scratch_.normals);
   for (const CellProgress& cell : cells_) {
     if (cell.live) bytes += cell.live->memory_bytes();

@@ -58,8 +58,10 @@ class ProgressiveMesh {
   bool has_index() const { return index_ != nullptr; }
 
   // Takes a copy of a segment's bytes, in any order; a second copy is ignored. Fails if there is no such segment, or if
-  // size differs from the cell table's. Nothing is decoded yet.
+  // size differs from the cell table's. Nothing is decoded yet. The polygon section (AssetIndex::polygon_cell) is taken
+  // like any other, but means nothing to the mesh: it is kept for SourcePolygons.
   Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
+  std::span<const std::byte> polygon_bytes() const { return polygons_; }  // empty: not held, or there are none
   // Frees the bytes of a cell's segments from number `keep` on, but not of those of which a generation is applied:
   // lower the target and move first. They may be added again. Returns the bytes freed.
   std::size_t release_segments(std::uint32_t cell, std::uint32_t keep);
@@ -132,6 +134,7 @@ class ProgressiveMesh {
  private:
   struct Work;  // what a call has done and may still do
 
+  Result<void> keep_polygons(std::span<const std::byte> bytes);
   void start_cells(std::span<const VertexId> parent_vertices, std::uint32_t first, std::uint32_t count,
                    std::uint32_t slab);
   std::uint32_t slab_begin(std::uint32_t slab) const;  // the last generation before it
@@ -174,6 +177,7 @@ class ProgressiveMesh {
   CellCoding coding_;
   FanState state_;
   HeldSegments held_;
+  std::vector<std::byte> polygons_;
   std::vector<CellProgress> cells_;
   std::vector<std::uint32_t> queue_;   // cells that may be able to take another generation
   std::vector<std::uint32_t> excess_;  // cells that may be finer than they should be

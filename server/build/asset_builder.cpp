@@ -9,6 +9,7 @@
 #include "server/build/cell_grower.h"
 #include "server/build/cell_surface.h"
 #include "server/build/layer_plan.h"
+#include "server/build/polygon_encoding.h"
 #include "server/build/split_training.h"
 #include "server/build/surface_error.h"
 
@@ -182,6 +183,28 @@ class Builder {
     index_.base_next_splits = std::move(base_next_splits);
     surface.finish(index_.cells);
     fill_index(by_cell, surface);
+    return encode_polygons_of(grower);
+  }
+
+  Result<void> encode_polygons_of(const CellGrower& grower) {
+    if (options_.source_faces.empty()) return {};
+    std::vector<VertexId> number(mesh_.positions.size());
+    for (VertexId v = 0; v < number.size(); ++v) number[grower.original(v)] = v;
+    std::vector<Triangle> triangles = mesh_.triangles;
+    for (Triangle& t : triangles) t = {number[t[0]], number[t[1]], number[t[2]]};
+    const auto section =
+        encode_polygons(grower.state(), head_.grid.unit(), index_, triangles, options_.source_faces);
+    if (!section) return {};
+    ByteWriter out;
+    write_polygons(*section, out);
+    if (out.size() > kMostPolygonBytes) {
+      return fail(ErrorKind::limit, "the polygons take " + std::to_string(out.size()) + " bytes, the limit is " +
+                                        std::to_string(kMostPolygonBytes) + "; triangulate the model");
+    }
+    polygon_bytes_ = out.take();
+    quads_ = section->quads;
+    larger_polygons_ = section->larger;
+    head_.polygon_bytes = static_cast<std::uint32_t>(polygon_bytes_.size());
     return {};
   }
 
@@ -212,10 +235,12 @@ class Builder {
     preamble.head_bytes = kPreambleBytes + head.size();
     preamble.index_bytes = index.size();
     for (const auto& layer : layer_segments_) preamble.segment_bytes += layer.size();
+    preamble.segment_bytes += polygon_bytes_.size();
     ByteWriter body;
     body.bytes(head.view());
     body.bytes(index.view());
     for (const auto& layer : layer_segments_) body.bytes(layer);
+    body.bytes(polygon_bytes_);
     BuiltAsset built;
     built.bytes = assemble_file(preamble, body.view());
     fill_report(built, history, preamble);
@@ -237,8 +262,11 @@ class Builder {
                                                           [](const SegmentEntry& s) { return s.size_bytes != 0; }));
     r.total_bytes = built.bytes.size();
     r.base_bytes = base_bytes_.size();
-    r.split_bytes = preamble.segment_bytes;
-    r.table_bytes = r.total_bytes - r.base_bytes - r.split_bytes;
+    r.polygon_bytes = polygon_bytes_.size();
+    r.quads = quads_;
+    r.larger_polygons = larger_polygons_;
+    r.split_bytes = preamble.segment_bytes - r.polygon_bytes;
+    r.table_bytes = r.total_bytes - r.base_bytes - r.split_bytes - r.polygon_bytes;
   }
 
   const TriangleMesh& mesh_;
@@ -249,6 +277,8 @@ class Builder {
   std::vector<VertexId> base_numbers_;  // the model's vertex of each base vertex
   std::vector<std::byte> base_bytes_;
   std::vector<std::vector<std::byte>> layer_segments_;
+  std::vector<std::byte> polygon_bytes_;
+  std::uint64_t quads_ = 0, larger_polygons_ = 0;
 };
 
 }  // namespace

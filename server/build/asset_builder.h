@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 
 #include "common/asset/asset_layout.h"
 #include "common/mesh/triangle_mesh.h"
@@ -21,6 +22,9 @@ struct BuildOptions {
   std::optional<double> segment_splits;
   std::optional<double> edges_per_vertex;
   std::optional<double> evenness;  // SimplifyOptions::evenness
+  // By triangle of the mesh, the source's face that it is part of (CleanedMesh::source_faces): where it says anything,
+  // the asset gets a section that tells which edges lie inside polygons. Has to live as long as the building.
+  std::span<const std::uint32_t> source_faces = {};
   // Called with the stage's name and the share of it that is done; may be empty.
   std::function<void(std::string_view stage, double fraction)> progress;
 };
@@ -30,6 +34,7 @@ struct BuildReport {
   int position_bits = 0;
   std::uint32_t generations = 0, base_vertices = 0, base_triangles = 0, splits = 0, cells = 0, segments = 0;
   std::uint64_t total_bytes = 0, base_bytes = 0, split_bytes = 0, table_bytes = 0;
+  std::uint64_t polygon_bytes = 0, quads = 0, larger_polygons = 0;  // faces of four corners, and of more
   double bits_per_vertex() const { return 8.0 * static_cast<double>(total_bytes) / vertices; }
 };
 

@@ -52,6 +52,7 @@ class CellGrower {
 
   const std::vector<CellEntry>& cells() const { return cells_; }
   const FanState& state() const { return state_; }
+  VertexId original(VertexId v) const { return source_.original(v); }  // the model's vertex of a coded number
   std::vector<std::uint8_t> next_splits_of_base() const { return source_.next_splits_of_base(); }  // before replay()
 
  private:

@@ -7,6 +7,8 @@
 #include <cerrno>
 #include <system_error>
 
+#include "common/asset/polygon_section.h"
+
 namespace fanstream {
 
 int report_error(const Error& error) {
@@ -45,8 +47,14 @@ BuildReport report_of(const AssetFile& asset) {
                                                [](const SegmentEntry& segment) { return segment.size_bytes != 0; }));
   report.total_bytes = asset.size_bytes();
   report.base_bytes = head.base_bytes;
-  report.split_bytes = asset.preamble().segment_bytes;
-  report.table_bytes = report.total_bytes - report.base_bytes - report.split_bytes;
+  report.polygon_bytes = head.polygon_bytes;
+  report.split_bytes = asset.preamble().segment_bytes - report.polygon_bytes;
+  report.table_bytes = report.total_bytes - report.base_bytes - report.split_bytes - report.polygon_bytes;
+  if (head.polygon_bytes == 0) return report;
+  const auto polygons = read_polygons(asset.segment(index.polygon_cell(), 0), head, index, asset.name());
+  if (!polygons) return report;  // verify says why
+  report.quads = polygons->quads;
+  report.larger_polygons = polygons->larger;
   return report;
 }
 
@@ -61,11 +69,14 @@ Json json_of(const BuildReport& report) {
           {"splits", report.splits},
           {"cells", report.cells},
           {"segments", report.segments},
+          {"quads", report.quads},
+          {"larger_polygons", report.larger_polygons},
           {"bytes",
            {{"total", report.total_bytes},
             {"base", report.base_bytes},
             {"splits", report.split_bytes},
-            {"tables", report.table_bytes}}},
+            {"tables", report.table_bytes},
+            {"polygons", report.polygon_bytes}}},
           {"bits_per_vertex", report.bits_per_vertex()}};
 }
 
@@ -97,6 +108,10 @@ std::string summary_of(const BuildReport& report, const Digest& digest) {
                       report.bits_per_vertex());
   text += fmt::format("           base {}, splits {}, tables {}\n", grouped(report.base_bytes),
                       grouped(report.split_bytes), grouped(report.table_bytes));
+  if (report.polygon_bytes > 0) {
+    text += fmt::format("  polygons {} quads, {} with more corners, {} bytes\n", grouped(report.quads),
+                        grouped(report.larger_polygons), grouped(report.polygon_bytes));
+  }
   text += fmt::format("  digest   {}\n", text_of(digest));
   return text;
 }

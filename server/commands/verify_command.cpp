@@ -7,6 +7,7 @@
 #include "server/commands/commands.h"
 #include "server/commands/output.h"
 #include "server/verify/asset_checks.h"
+#include "server/verify/polygon_checks.h"
 #include "server/verify/source_comparison.h"
 
 namespace fanstream {
@@ -21,10 +22,15 @@ struct VerifyArguments {
 Result<std::string> check_source(const AssetFile& asset, const std::string& input) {
   Result<ImportedMesh> imported = import_mesh(input);
   if (!imported) return tl::unexpected(imported.error());
-  const CleanedMesh cleaned = clean_mesh(std::move(imported->mesh));
+  const CleanedMesh cleaned = clean_mesh(std::move(imported->mesh), std::move(imported->source_faces));
   Result<std::unique_ptr<ProgressiveMesh>> full = load_full(asset);
   if (!full) return tl::unexpected(full.error());
-  return compare_with_source((*full)->triangle_mesh(), asset.asset_head()->grid, cleaned.mesh, asset.name(), input);
+  Result<std::string> same =
+      compare_with_source((*full)->triangle_mesh(), asset.asset_head()->grid, cleaned.mesh, asset.name(), input);
+  if (!same) return same;
+  const Result<std::string> polygons = compare_polygons(asset, cleaned, input);
+  if (!polygons) return polygons;
+  return asset.asset_head()->polygon_bytes == 0 ? same : *same + ", " + *polygons;
 }
 
 Json json_of(const VerifyArguments& arguments, const AssetFile& asset, const Json& checks, const Error* failure) {

@@ -15,12 +15,14 @@ Result<ModelBuild> build_model(const std::filesystem::path& path, const BuildOpt
   Result<ImportedMesh> imported = import_mesh(path);
   if (!imported) return tl::unexpected(imported.error());
   report("clean");
-  CleanedMesh cleaned = clean_mesh(std::move(imported->mesh));
+  CleanedMesh cleaned = clean_mesh(std::move(imported->mesh), std::move(imported->source_faces));
   if (cleaned.mesh.triangles.empty()) {
     return fail(ErrorKind::bad_input,
                 path.string() + ": no triangle is left after cleaning: every one of them is degenerate");
   }
-  Result<BuiltAsset> built = build_asset(cleaned.mesh, options);
+  BuildOptions with_faces = options;
+  with_faces.source_faces = cleaned.source_faces;
+  Result<BuiltAsset> built = build_asset(cleaned.mesh, with_faces);
   if (!built) return tl::unexpected(with_context(built.error(), path.string()));
   return ModelBuild{std::move(*built), cleaned.report, std::move(imported->warnings)};
 }

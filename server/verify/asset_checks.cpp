@@ -9,6 +9,7 @@
 #include "common/geometry/mesh_distance.h"
 #include "common/mesh/manifold_check.h"
 #include "common/refine/full_mesh.h"
+#include "server/verify/polygon_checks.h"
 
 namespace fanstream {
 namespace {
@@ -172,7 +173,8 @@ std::vector<AssetCheck> asset_checks(const AssetFile& asset) {
           {"refinement", [a] { return check_refinement(*a); }},
           {"order", [a] { return check_order(*a); }},
           {"coarsening", [a] { return check_coarsening(*a); }},
-          {"bounds", [a] { return check_bounds(*a); }}};
+          {"bounds", [a] { return check_bounds(*a); }},
+          {"polygons", [a] { return check_polygon_section(*a); }}};
 }
 
 }  // namespace fanstream

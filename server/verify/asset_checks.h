@@ -25,6 +25,7 @@ struct AssetCheck {
 // - bounds: the stated errors never grow from a segment to a finer one, nor from a cell to its children, and no sampled
 // point of any
 //   level lies farther from the full model than the level's bound
+// - polygons: if there are any, every block of them decodes, and all faces are as many as the section says
 // The checks refer to the asset, which must outlive them. Each takes as long as decoding the model once or twice.
 std::vector<AssetCheck> asset_checks(const AssetFile& asset);
 

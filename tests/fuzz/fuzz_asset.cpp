@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 #include "common/asset/asset_file.h"
-#include "common/refine/progressive_mesh.h"
+#include "common/refine/source_polygons.h"
 #include "tests/fuzz/built_assets.h"
 
 using namespace fanstream;
@@ -32,6 +32,21 @@ void check_drawable(const ProgressiveMesh& mesh) {
   for (const Triangle& triangle : drawn.triangles) {
     for (const VertexId v : triangle) require(v < drawn.positions.size());
   }
+}
+
+// Whatever the section says, faces cover the mesh.
+void check_polygons(const ProgressiveMesh& mesh) {
+  if (mesh.polygon_bytes().empty()) return;
+  auto polygons = SourcePolygons::read(mesh.polygon_bytes(), mesh.head(), mesh.index(), "fuzz");
+  if (!polygons) return;
+  (void)polygons->update(mesh);
+  const LiveFaces live = live_faces(mesh, &*polygons);
+  std::size_t triangles = 0;
+  for (std::uint32_t f = 0; f < live.faces.face_count(); ++f) {
+    require(live.faces.face(f).size() >= 3);
+    triangles += live.faces.face(f).size() - 2;
+  }
+  require(triangles == live.triangles.size());
 }
 
 std::vector<std::byte> input_file(std::span<const std::byte> data) {
@@ -65,6 +80,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   const bool refined = mesh.refine().has_value();
   check_drawable(mesh);
+  check_polygons(mesh);
   if (!refined) return 0;
   const std::uint32_t vertices = mesh.vertex_count();
   mesh.coarsen_to(0);

@@ -43,7 +43,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::byte>> replaced;
   const std::uint8_t* const end = data + size;
   while (end - data > 3) {
-    const std::uint32_t cell = data[0] % asset->cell_count();
+    const auto cell = static_cast<std::uint32_t>(data[0] % asset->asset_index()->cells.size());
     const std::uint32_t segment = data[1] % asset->segment_count(cell);
     const std::size_t length =
         std::min<std::size_t>(data[2], static_cast<std::size_t>(end - data - 3)) & ~std::size_t{1};  // they are even

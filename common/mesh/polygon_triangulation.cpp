@@ -1,4 +1,4 @@
-#include "common/import/polygon_triangulation.h"
+#include "common/mesh/polygon_triangulation.h"
 
 #include <cmath>
 #include <glm/vec2.hpp>
