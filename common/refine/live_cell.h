@@ -39,6 +39,7 @@ struct CellProgress {
   std::uint32_t target = kEverything;  // segments to apply at most
   std::uint8_t done = 0;               // the finest generation applied; of a live cell
   std::uint8_t limit = 0;              // the finest that held segments, target and damage allow
+  std::uint8_t reach = 0;              // the finest that held segments and damage allow
   std::uint8_t damaged = 0;            // a generation that cannot be decoded, or 0
   bool queued = false;                 // to be refined
   bool changed = false;                // and noted as such

@@ -1,0 +1,75 @@
+#include "client/collision/live_surface.h"
+
+#include <numeric>
+
+namespace fanstream {
+
+bool operator==(const LiveSurface::Part& a, const LiveSurface::Part& b) {
+  return a.triangles == b.triangles && a.box.low == b.box.low && a.box.high == b.box.high;
+}
+
+LiveSurface::LiveSurface(const ProgressiveMesh& mesh, const CellHierarchy& cells)
+    : mesh_(mesh),
+      cells_(cells),
+      maker_(mesh.state(), mesh.head().grid),
+      parts_(cells.node_count()),
+      patches_(mesh.index().cells.size()) {
+  if (!cells_.is_empty()) return;
+  CellVertices all;
+  all.initial.resize(mesh_.vertex_count());
+  std::iota(all.initial.begin(), all.initial.end(), 0U);
+  maker_.make(all, whole_);
+  whole_part_ = {whole_.box, static_cast<std::uint32_t>(whole_.triangles.size())};
+}
+
+LiveSurface::Part LiveSurface::sum(std::uint32_t n) const {
+  const CellHierarchy::Node& node = cells_.node(n);
+  Part part;
+  if (node.cell != CellHierarchy::kNone && !patches_[node.cell].triangles.empty()) {
+    const SurfacePatch& patch = patches_[node.cell];
+    return {patch.box, static_cast<std::uint32_t>(patch.triangles.size())};
+  }
+  for (const std::uint32_t below : node.below) {
+    if (below == CellHierarchy::kNone) continue;
+    part.box = united(part.box, parts_[below].box);
+    part.triangles += parts_[below].triangles;
+  }
+  return part;
+}
+
+void LiveSurface::update(std::span<const std::uint32_t> changed_cells) {
+  for (const std::uint32_t c : changed_cells) {
+    if (mesh_.is_live(c)) {
+      maker_.make(mesh_.vertices(c), patches_[c]);
+    } else {
+      patches_[c] = {};
+    }
+  }
+  for (const std::uint32_t c : changed_cells) {
+    for (std::uint32_t n = cells_.node_of(c); n != CellHierarchy::kNone; n = cells_.node(n).parent) {
+      const Part part = sum(n);
+      if (part == parts_[n]) break;
+      parts_[n] = part;
+    }
+  }
+}
+
+std::uint64_t LiveSurface::triangle_count() const {
+  return cells_.is_empty() ? whole_part_.triangles : parts_[CellHierarchy::root()].triangles;
+}
+
+Bounds LiveSurface::box() const { return cells_.is_empty() ? whole_part_.box : parts_[CellHierarchy::root()].box; }
+
+TriangleMesh LiveSurface::triangle_mesh() const {
+  TriangleMesh mesh;
+  mesh.triangles.reserve(triangle_count());
+  visit([](const Part&) { return true; },
+        [&](std::uint32_t, const SurfacePatch& patch) {
+          const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+          for (std::uint32_t v = 0; v < patch.vertex_count(); ++v) mesh.positions.push_back(patch.position(v));
+          for (const auto& t : patch.triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+        });
+  return mesh;
+}
+
+}  // namespace fanstream
