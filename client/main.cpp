@@ -19,8 +19,12 @@ int main(int argc, char** argv) {
       "fanstream-client COMMAND --help tells more.\n"
       "Exit codes: 0 done, 2 usage, 3 not found, 4 reading or writing, 5 bad input,\n"
       "6 unsupported, 7 limit, 8 network, 130 interrupted.");
-  const std::array<Command, 5> commands{add_list_command(app), add_fetch_command(app), add_render_command(app),
-                                        add_snapshots_command(app), add_session_command(app, open_live_session)};
+  const std::array<Command, 6> commands{add_list_command(app),
+                                        add_fetch_command(app),
+                                        add_render_command(app),
+                                        add_snapshots_command(app),
+                                        add_session_command(app, open_live_session),
+                                        add_collide_command(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,5 +1,6 @@
 #include "client/collision/live_surface.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace fanstream {
@@ -61,14 +62,31 @@ std::uint64_t LiveSurface::triangle_count() const {
 Bounds LiveSurface::box() const { return cells_.is_empty() ? whole_part_.box : parts_[CellHierarchy::root()].box; }
 
 TriangleMesh LiveSurface::triangle_mesh() const {
-  TriangleMesh mesh;
-  mesh.triangles.reserve(triangle_count());
+  std::vector<std::pair<VertexId, glm::dvec3>> vertices;
+  std::vector<Triangle> triangles;
+  triangles.reserve(triangle_count());
   visit([](const Part&) { return true; },
         [&](std::uint32_t, const SurfacePatch& patch) {
-          const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-          for (std::uint32_t v = 0; v < patch.vertex_count(); ++v) mesh.positions.push_back(patch.position(v));
-          for (const auto& t : patch.triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+          for (std::uint32_t v = 0; v < patch.vertex_count(); ++v) {
+            vertices.emplace_back(patch.numbers[v], patch.position(v));
+          }
+          for (const auto& t : patch.triangles) {
+            triangles.push_back({patch.numbers[t[0]], patch.numbers[t[1]], patch.numbers[t[2]]});
+          }
         });
+  const auto less = [](const auto& a, const auto& b) { return a.first < b.first; };
+  std::sort(vertices.begin(), vertices.end(), less);
+  const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
+  vertices.erase(std::unique(vertices.begin(), vertices.end(), same), vertices.end());
+  TriangleMesh mesh;
+  for (const auto& [number, position] : vertices) mesh.positions.push_back(position);
+  for (Triangle& t : triangles) {
+    for (VertexId& v : t) {
+      const auto at = std::lower_bound(vertices.begin(), vertices.end(), std::pair(v, glm::dvec3(0.0)), less);
+      v = static_cast<VertexId>(at - vertices.begin());
+    }
+  }
+  mesh.triangles = std::move(triangles);
   return mesh;
 }
 

@@ -23,7 +23,7 @@ class LiveSurface {
 
   std::uint64_t triangle_count() const;
   Bounds box() const;
-  // Vertices on the border of two cells are there in the patches of both.
+  // The mesh as it is; O(n log n) of what it is, however large the model.
   TriangleMesh triangle_mesh() const;
 
   // Of a node of the hierarchy: the box of the faces below it now (kNoBounds: there is none), and how many.

@@ -59,18 +59,14 @@ void LocalRestoration::widen(std::uint32_t node, const Bounds& box) {
 }
 
 // A triangle that is not in the mesh is represented by faces around vertices that lack splits, no farther off than
-// their cells' errors. Places only widen, so a focus that stays comes to rest. Returns whether anything was new.
-bool LocalRestoration::note_places(std::span<const std::uint32_t> changed_cells) {
-  if (measured_) return false;
-  bool any = false;
+// their cells' errors.
+void LocalRestoration::note_places(std::span<const std::uint32_t> changed_cells) {
   for (const std::uint32_t c : changed_cells) {
     if (!mesh_.is_live(c) || !lacks_splits(c)) continue;
     const CellBounds& bounds = mesh_.bounds(c);
     if (bounds.radius < 0.0) continue;
     widen(cells_.node_of(c), cube(bounds.centre, (bounds.radius + error_now(c)) * (1.0 + 1e-12)));
-    any = true;
   }
-  return any;
 }
 
 Result<void> LocalRestoration::measure() {
@@ -149,8 +145,10 @@ void LocalRestoration::change_targets(const std::vector<std::uint32_t>& in_focus
 RestorationMove LocalRestoration::move(const Focus& focus) {
   const FocusTest test(focus);
   RestorationMove result;
-  for (;;) {
+  // Cells show where they lie once they are there, and places only widen: so this ends.
+  for (bool first = true;; first = false) {
     find_cells(test, found_);
+    if (!first && found_ == in_focus_) break;
     change_targets(found_);
     in_focus_.swap(found_);
     const MeshMove move = mesh_.move_to(changes_);
@@ -159,9 +157,9 @@ RestorationMove LocalRestoration::move(const Focus& focus) {
     result.undone += move.undone;
     result.damage.insert(result.damage.end(), move.damage.begin(), move.damage.end());
     const std::vector<std::uint32_t> changed = mesh_.take_changed_cells();
-    if (changed.empty()) break;
     surface_.update(changed);
-    if (!note_places(changed)) break;
+    if (measured_) break;
+    note_places(changed);
   }
   const bool all_is_one = cells_.is_empty() && !test.is_empty() && test.may_touch(surface_.box());
   result.focus_cells = all_is_one ? 1 : static_cast<std::uint32_t>(in_focus_.size());

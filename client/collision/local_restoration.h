@@ -72,7 +72,7 @@ class LocalRestoration {
  private:
   void find_cells(const FocusTest& test, std::vector<std::uint32_t>& found) const;
   void change_targets(const std::vector<std::uint32_t>& in_focus);
-  bool note_places(std::span<const std::uint32_t> changed_cells);
+  void note_places(std::span<const std::uint32_t> changed_cells);
   void widen(std::uint32_t node, const Bounds& box);
   bool lacks_splits(std::uint32_t cell) const;
   double error_now(std::uint32_t cell) const;

@@ -109,12 +109,13 @@ class MeshSearch {
     found.all_found = pairs.size() <= kMostPairs;
     pairs.resize(std::min<std::size_t>(pairs.size(), kMostPairs));
     found.touching_pairs = pairs.size();
+    for (const auto& [mine, other] : pairs) found.original_pairs += original_[mine] ? 1 : 0;
     pairs.resize(std::min<std::uint64_t>(pairs.size(), most_listed));
     for (const auto& [mine, other] : pairs) found.contacts.push_back(contact(mine, other));
     return found;
   }
 
-  MeshDistance distance() const {
+  Separation distance() const {
     fcl::DistanceRequestd request(true);
     fcl::DistanceResultd result;
     const auto here = fcl::Transform3d::Identity();
@@ -161,7 +162,7 @@ MeshContacts find_contacts(const SurfacePatch& patch, const MeshObstacle& obstac
   return search.contacts(most_listed);
 }
 
-MeshDistance distance_between(const LiveSurface& surface, const MeshObstacle& obstacle) {
+Separation distance_between(const LiveSurface& surface, const MeshObstacle& obstacle) {
   MeshSearch search(obstacle);
   search.add_all(surface);
   return search.distance();

@@ -43,6 +43,7 @@ struct MeshContact {
 struct MeshContacts {
   std::vector<MeshContact> contacts;   // no more than asked for
   std::uint64_t touching_pairs = 0;    // listed or not, but no more than kMostPairs
+  std::uint64_t original_pairs = 0;    // of those, with triangles of the full model
   bool all_found = true;               // false: there are more than kMostPairs
   std::uint64_t tested_triangles = 0;  // of the model, that could not be excluded by cells
 };
@@ -56,12 +57,12 @@ MeshContacts find_contacts(const SurfacePatch& patch, const MeshObstacle& obstac
                            std::uint64_t most_listed = kMostPairs);
 
 // The least distance of the surfaces, and the points that have it; 0 where they touch.
-struct MeshDistance {
+struct Separation {
   double distance = 0.0;
   glm::dvec3 on_model{0.0}, on_obstacle{0.0};
 };
 // Looks at the whole mesh. Precondition: it has triangles.
-MeshDistance distance_between(const LiveSurface& surface, const MeshObstacle& obstacle);
+Separation distance_between(const LiveSurface& surface, const MeshObstacle& obstacle);
 
 // For a Focus: where the obstacle may be, so that the triangles that touch it are those of the full model.
 std::function<bool(const Bounds&)> region_of(const MeshObstacle& obstacle);

@@ -110,6 +110,7 @@ class PlaneScan {
 
   void add(const SurfacePatch& patch, std::size_t triangle) {
     ++found_.touching;
+    found_.touching_original += patch.is_original(triangle) ? 1 : 0;
     if (found_.contacts.size() >= most_listed_) return;
     const auto& t = patch.triangles[triangle];
     found_.contacts.push_back(
@@ -215,7 +216,7 @@ double PlaneContact::depth() const { return std::max(0.0, -std::min({distances[0
 
 void PlaneContacts::clear() {
   contacts.clear();
-  touching = behind = tested_triangles = 0;
+  touching = touching_original = behind = tested_triangles = 0;
   least_distance = std::numeric_limits<double>::infinity();
   least_at = glm::dvec3(0.0);
 }

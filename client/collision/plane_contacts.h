@@ -43,6 +43,7 @@ struct PlaneContacts {
   glm::dvec3 least_at{0.0};
   std::uint64_t tested_triangles = 0;  // how many were looked at
 
+  std::uint64_t touching_original = 0;  // of those that touch, triangles of the full model
   bool collides() const { return touching + behind > 0; }
   void clear();  // keeps memory
 };

@@ -16,5 +16,6 @@ Command add_list_command(CLI::App& app);
 Command add_fetch_command(CLI::App& app);
 Command add_render_command(CLI::App& app);
 Command add_snapshots_command(CLI::App& app);
+Command add_collide_command(CLI::App& app);
 
 }  // namespace fanstream

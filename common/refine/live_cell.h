@@ -21,15 +21,16 @@ struct LiveCell {
   std::vector<Generation> generations;  // of the slab, those applied
   RansDecoder::Mark decoder;            // after them
   std::vector<std::uint32_t>
-      neighbours;             // the childless cells that own a neighbour of its vertices; none with children
+      neighbours;                      // the childless cells that own a neighbour of its vertices; none with children
   std::vector<std::uint32_t> waiting;  // cells that cannot get on before this one does
-  bool has_children = false;  // which own its vertices
+  bool has_children = false;           // which own its vertices
   mutable bool bounds_known = false;
   mutable CellBounds bounds;
 
   std::size_t memory_bytes() const {
     return sizeof(LiveCell) + vertices.initial.capacity() * sizeof(VertexId) +
-           generations.capacity() * sizeof(Generation) + (neighbours.capacity() + waiting.capacity()) * sizeof(std::uint32_t);
+           generations.capacity() * sizeof(Generation) +
+           (neighbours.capacity() + waiting.capacity()) * sizeof(std::uint32_t);
   }
 };
 

@@ -65,10 +65,13 @@ void ProgressiveMesh::wait_for(std::uint32_t cell_number, std::uint32_t lagging)
   if (std::find(waiting.begin(), waiting.end(), cell_number) == waiting.end()) waiting.push_back(cell_number);
 }
 
+// Where targets say what is wanted, a cell may wait for one that itself waits for others' sake only.
 void ProgressiveMesh::wake_waiting(std::uint32_t cell_number) {
-  std::vector<std::uint32_t>& waiting = cells_[cell_number].live->waiting;
-  for (const std::uint32_t c : waiting) queue(c);
-  waiting.clear();
+  for (const std::uint32_t c : std::exchange(cells_[cell_number].live->waiting, {})) {
+    queue(c);
+    const bool on_its_own = meaning_ == TargetMeaning::most || can_advance(c);
+    if (!on_its_own && cells_[c].live) wake_waiting(c);
+  }
 }
 
 // Cell by cell, each as far as it goes, then its children: while a piece of the surface is refined, it stays in the
@@ -223,16 +226,27 @@ void ProgressiveMesh::coarsen_excess(Work& work) {
   }
 }
 
-// Whether a cell's last generation is part of what others, or its children, were applied on top of.
+// Whether a cell that is to get on waits for this one, or waits for one that does. Who waits is finer, so this is
+// recursive at most as often as there are generations.
+bool ProgressiveMesh::is_awaited(std::uint32_t cell_number) const {
+  const CellProgress& cell = cells_[cell_number];
+  for (const std::uint32_t w : cell.live->waiting) {
+    if (cells_[w].live && cells_[w].done > cell.done && (can_advance(w) || is_awaited(w))) return true;
+  }
+  return false;
+}
+
+// Whether a cell's last generation is part of what others, or its children, were applied on top of; or has brought the
+// children that others wait for.
 bool ProgressiveMesh::is_needed(std::uint32_t cell_number) const {
   const CellProgress& cell = cells_[cell_number];
   if (cell.live->has_children) {
     const CellEntry& entry = index_->cells[cell_number];
     for (std::uint32_t child = entry.first_child; child < entry.first_child + entry.child_count; ++child) {
-      if (cells_[child].done > cell.done) return true;
+      if (cells_[child].done > cell.done || is_awaited(child)) return true;
     }
   }
-  return find_later(cell_number) != kOutside;
+  return is_awaited(cell_number) || find_later(cell_number) != kOutside;
 }
 
 // After a cell has lost a generation: what that lay on belongs to cells beside it now, or to those they come from.

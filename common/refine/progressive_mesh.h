@@ -93,7 +93,8 @@ class ProgressiveMesh {
   // Sets every cell's target, to take effect with the next move_to.
   void set_all_targets(std::uint32_t segments);
   // TargetMeaning::most at first. To be chosen before the first move_to, and not to be mixed with refine(). With
-  // `wanted`, move_to refines before it coarsens, and a cell that needs what is not held is as fine as it can be.
+  // `wanted`, move_to refines before it coarsens, and a cell that needs what is not held is as
+  // fine as it can be; what it waits for stays.
   void set_target_meaning(TargetMeaning meaning) { meaning_ = meaning; }
 
   const AssetHead& head() const { return *head_; }
@@ -176,6 +177,7 @@ class ProgressiveMesh {
   void coarsen_excess(Work& work);
   void coarsen_unneeded(Work& work);
   bool is_needed(std::uint32_t cell) const;
+  bool is_awaited(std::uint32_t cell) const;
   void note_less_needed(std::uint32_t cell);
   bool undo_generation(std::uint32_t cell, Work& work);
   void retract_children(std::uint32_t cell);
