@@ -44,12 +44,12 @@ std::uint8_t side_of(double distance) {
 
 class PlaneScan {
  public:
-  PlaneScan(const Plane& plane, PlaneContacts& found, std::uint64_t most_listed)
-      : plane_(plane), found_(found), most_listed_(most_listed) {}
+  PlaneScan(const Plane& plane, PlaneContacts& found, const PlaneQuery& query)
+      : plane_(plane), found_(found), query_(query) {}
 
   void scan(const SurfacePatch& patch) {
     measure(patch);
-    note_least(patch);
+    if (query_.least_distance) note_least(patch);
     found_.tested_triangles += patch.triangles.size();
     std::uint64_t behind = 0;
     for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
@@ -111,7 +111,7 @@ class PlaneScan {
   void add(const SurfacePatch& patch, std::size_t triangle) {
     ++found_.touching;
     found_.touching_original += patch.is_original(triangle) ? 1 : 0;
-    if (found_.contacts.size() >= most_listed_) return;
+    if (found_.contacts.size() >= query_.most_listed) return;
     const auto& t = patch.triangles[triangle];
     found_.contacts.push_back(
         {patch.corners(triangle), {distances_[t[0]], distances_[t[1]], distances_[t[2]]}, patch.is_original(triangle)});
@@ -119,16 +119,18 @@ class PlaneScan {
 
   const Plane& plane_;
   PlaneContacts& found_;
-  std::uint64_t most_listed_;
-  std::vector<double> distances_;  // by vertex of the patch at hand
-  std::vector<std::uint8_t> sides_;
+  const PlaneQuery& query_;
+  std::vector<double>& distances_ = found_.scratch.distances;
+  std::vector<std::uint8_t>& sides_ = found_.scratch.sides;
 };
 
 // Goes down the tree: parts before the plane, and parts behind it, are left for the search for the least distance.
 class PlaneSearch {
  public:
-  PlaneSearch(const LiveSurface& surface, const Plane& plane, PlaneContacts& found, std::uint64_t most_listed)
-      : surface_(surface), plane_(plane), found_(found), scan_(plane, found, most_listed) {}
+  PlaneSearch(const LiveSurface& surface, const Plane& plane, PlaneContacts& found, const PlaneQuery& query)
+      : surface_(surface), plane_(plane), found_(found), query_(query), scan_(plane, found, query) {
+    left_.clear();
+  }
 
   void run() {
     if (!surface_.has_tree()) {
@@ -138,7 +140,7 @@ class PlaneSearch {
     }
     enter(CellHierarchy::root());
     while (!left_.empty()) {
-      std::pop_heap(left_.begin(), left_.end());
+      std::pop_heap(left_.begin(), left_.end(), later);
       const Left next = left_.back();
       left_.pop_back();
       if (next.least >= found_.least_distance) break;
@@ -147,11 +149,8 @@ class PlaneSearch {
   }
 
  private:
-  struct Left {
-    double least = 0.0;
-    std::uint32_t node = 0;
-    friend bool operator<(const Left& a, const Left& b) { return a.least > b.least; }  // the least on top of a heap
-  };
+  using Left = PlaneContacts::Scratch::Left;
+  static bool later(const Left& a, const Left& b) { return a.least > b.least; }
 
   void enter(std::uint32_t n) {
     const LiveSurface::Part& part = surface_.part(n);
@@ -173,9 +172,9 @@ class PlaneSearch {
   }
 
   void leave(std::uint32_t n, double least) {
-    if (least >= found_.least_distance) return;
+    if (!query_.least_distance || least >= found_.least_distance) return;
     left_.push_back({least, n});
-    std::push_heap(left_.begin(), left_.end());
+    std::push_heap(left_.begin(), left_.end(), later);
   }
 
   void go_on(std::uint32_t n) {
@@ -193,8 +192,9 @@ class PlaneSearch {
   const LiveSurface& surface_;
   const Plane& plane_;
   PlaneContacts& found_;
+  const PlaneQuery& query_;
   PlaneScan scan_;
-  std::vector<Left> left_;
+  std::vector<Left>& left_ = found_.scratch.left;  // a heap, the least on top
 };
 
 }  // namespace
@@ -221,12 +221,12 @@ void PlaneContacts::clear() {
   least_at = glm::dvec3(0.0);
 }
 
-void find_contacts(const LiveSurface& surface, const Plane& plane, PlaneContacts& found, std::uint64_t most_listed) {
-  PlaneSearch(surface, plane, found, most_listed).run();
+void find_contacts(const LiveSurface& surface, const Plane& plane, PlaneContacts& found, const PlaneQuery& query) {
+  PlaneSearch(surface, plane, found, query).run();
 }
 
-void find_contacts(const SurfacePatch& patch, const Plane& plane, PlaneContacts& found, std::uint64_t most_listed) {
-  PlaneScan(plane, found, most_listed).scan(patch);
+void find_contacts(const SurfacePatch& patch, const Plane& plane, PlaneContacts& found, const PlaneQuery& query) {
+  PlaneScan(plane, found, query).scan(patch);
 }
 
 std::function<bool(const Bounds&)> region_of(std::vector<Plane> planes) {

@@ -46,17 +46,29 @@ struct PlaneContacts {
   std::uint64_t touching_original = 0;  // of those that touch, triangles of the full model
   bool collides() const { return touching + behind > 0; }
   void clear();  // keeps memory
+
+  struct Scratch {  // of searches, to be used again
+    struct Left {
+      double least = 0.0;
+      std::uint32_t node = 0;
+    };
+    std::vector<double> distances;    // by vertex of the patch at hand
+    std::vector<std::uint8_t> sides;  // likewise
+    std::vector<Left> left;           // parts that may hold the least distance
+  };
+  Scratch scratch;
 };
 
-inline constexpr std::uint64_t kEveryContact = std::numeric_limits<std::uint64_t>::max();
+struct PlaneQuery {
+  std::uint64_t most_listed = std::numeric_limits<std::uint64_t>::max();
+  bool least_distance = true;  // false: PlaneContacts::least_distance and least_at stay as they are
+};
 
 // Adds what is found to `found`, of which the least distance so far counts too. Takes time for the triangles in cells
-// whose boxes the plane cuts and for the boxes above them; where it touches nothing, for the nearest vertex.
-void find_contacts(const LiveSurface& surface, const Plane& plane, PlaneContacts& found,
-                   std::uint64_t most_listed = kEveryContact);
+// whose boxes the plane cuts and for the boxes above them; and for the vertex of the least distance.
+void find_contacts(const LiveSurface& surface, const Plane& plane, PlaneContacts& found, const PlaneQuery& query = {});
 // All triangles of a patch, one after another.
-void find_contacts(const SurfacePatch& patch, const Plane& plane, PlaneContacts& found,
-                   std::uint64_t most_listed = kEveryContact);
+void find_contacts(const SurfacePatch& patch, const Plane& plane, PlaneContacts& found, const PlaneQuery& query = {});
 
 // For a Focus: what the planes cut, so that the triangles that touch them are those of the full model.
 std::function<bool(const Bounds&)> region_of(std::vector<Plane> planes);

@@ -144,7 +144,7 @@ Findings find(const Request& request, const Arguments& arguments, const Restorat
                   }
                 });
   for (const Plane& plane : request.planes) {
-    find_contacts(surface, plane, findings.planes.emplace_back(), arguments.most_listed);
+    find_contacts(surface, plane, findings.planes.emplace_back(), {.most_listed = arguments.most_listed});
   }
   if (request.obstacle) {
     findings.mesh = find_contacts(surface, *request.obstacle, arguments.most_listed);

@@ -50,9 +50,10 @@ Result<std::vector<TriangleMesh>> reduced_meshes(const TriangleMesh& mesh,
 Result<CollisionSubject> make_subject(const TriangleMesh& mesh) {
   BuildOptions options;
   options.position_bits = 16;  // of the smallest model too
-  options.cell_vertices = 4.0;
-  options.slab_growth = 4.0;
+  options.cell_vertices = 1.0;
+  options.slab_growth = 2.0;
   options.segment_splits = 2.0;
+  options.edges_per_vertex = 3.0;  // fewer generations: less that has to be restored around a focus
   Result<BuiltAsset> built = build_asset(mesh, options);
   if (!built) return tl::unexpected(built.error());
   Result<std::unique_ptr<ProgressiveMesh>> full = rebuild_fully(built->bytes, "the asset");
@@ -165,6 +166,11 @@ Result<std::vector<ContactFrame>> contact_path(const TriangleMesh& mesh, double 
   const Plane cut{normal, -glm::dot(normal, 0.5 * (box.low + box.high))};
   const Section section = SectionTracer(mesh, cut).longest();
   if (section.points.size() < 2) return fail(ErrorKind::bad_input, "no plane through the middle cuts the mesh");
+  // A room that the model stands in; one of its walls leaves for the plane of contact.
+  const double gap = 0.01 * box.diagonal();
+  const std::array<Plane, 6> walls{Plane{{1, 0, 0}, gap - box.low.x}, {{-1, 0, 0}, gap + box.high.x},
+                                   {{0, 1, 0}, gap - box.low.y},      {{0, -1, 0}, gap + box.high.y},
+                                   {{0, 0, 1}, gap - box.low.z},      {{0, 0, -1}, gap + box.high.z}};
   std::vector<ContactFrame> frames;
   const double step = radius / 20.0;
   double left = 0.0;  // of the way to the next frame
@@ -178,7 +184,8 @@ Result<std::vector<ContactFrame>> contact_path(const TriangleMesh& mesh, double 
       const glm::dvec3 inward = -section.normals[i] / size;
       ContactFrame frame;
       frame.focus.sphere = FocusSphere{at, radius};
-      frame.plane = {inward, -glm::dot(inward, at) - radius / 20.0};
+      frame.planes = walls;
+      frame.planes[0] = {inward, -glm::dot(inward, at) - radius / 20.0};
       frames.push_back(std::move(frame));
     }
     left -= length;

@@ -2,6 +2,7 @@
 // going over the model.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -29,10 +30,11 @@ struct CollisionSubject {
 };
 Result<CollisionSubject> make_subject(const TriangleMesh& mesh);
 
-// One frame: the place of contact, and a plane parallel to the surface there that cuts a twentieth of the radius deep.
+// One frame: the place of contact, and the six walls of a room around the model: the first is parallel to the surface
+// at the place of contact and cuts a twentieth of the radius deep; the others are near the model, but do not touch it.
 struct ContactFrame {
   Focus focus;
-  Plane plane;
+  std::array<Plane, 6> planes;
 };
 // Along the longest curve in which the plane x = middle, a little tilted, cuts the mesh; a frame goes on by a twentieth
 // of the radius. No more than `most` frames. Fails (bad_input) where the plane does not cut the mesh.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <ctime>
 #include <glm/geometric.hpp>
+#include <span>
 
 #include "client/render/contact_sheet.h"
 #include "client/render/offscreen_renderer.h"
@@ -18,8 +19,7 @@ namespace fanstream::bench {
 namespace {
 
 constexpr std::uint32_t kModelTriangles = 4512;  // the source's
-constexpr double kRestoredTriangles = 445.0;     // its average
-constexpr double kCoarseness = 0.02;             // of the diagonal, where there is no focus
+constexpr double kRadius = 0.02;                 // of the focus, by the diagonal, at the smallest size
 
 void tell(const PapersOptions& options, const std::string& stage) {
   if (options.progress) options.progress("local restoration: " + stage);
@@ -43,6 +43,22 @@ class Rounds {
   double best_s_ = INFINITY;
 };
 
+// Contacts with some planes, of a surface or a patch.
+template <class Surface>
+void collide(const Surface& surface, std::span<const Plane> planes, PlaneContacts& found) {
+  found.clear();
+  for (const Plane& plane : planes) find_contacts(surface, plane, found, {.least_distance = false});
+}
+void collide_flat(const LiveSurface& surface, std::span<const Plane> planes, PlaneContacts& found) {
+  found.clear();
+  for (const Plane& plane : planes) {
+    surface.visit([](const LiveSurface::Part&) { return true; },
+                  [&](std::uint32_t, const SurfacePatch& patch) {
+                    find_contacts(patch, plane, found, {.least_distance = false});
+                  });
+  }
+}
+
 struct CollisionFigures {
   double us_restored = 0.0;       // moving the focus and colliding, with the tree
   double us_move = 0.0;           // of that, moving the focus
@@ -57,8 +73,8 @@ void count_frame(const CollisionSubject& subject, const ContactFrame& frame, Col
   const RestorationMove move = subject.local->move(frame.focus);
   PlaneContacts found;
   PlaneContacts in_full;
-  find_contacts(subject.local->surface(), frame.plane, found);
-  find_contacts(subject.refined->surface(), frame.plane, in_full);
+  collide(subject.local->surface(), frame.planes, found);
+  collide(subject.refined->surface(), frame.planes, in_full);
   sum.mean_splits += static_cast<double>(move.applied + move.undone);
   sum.mean_triangles += static_cast<double>(subject.local->surface().triangle_count());
   subject.local->surface().visit([](const LiveSurface::Part&) { return true; },
@@ -79,7 +95,8 @@ std::vector<ContactFrame> there_and_back(std::vector<ContactFrame> path) {
   return path;
 }
 
-CollisionFigures measure_collision(const CollisionSubject& subject, const std::vector<ContactFrame>& path, int rounds) {
+CollisionFigures measure_collision(const CollisionSubject& subject, const std::vector<ContactFrame>& path,
+                                   std::size_t plane_count, int rounds) {
   CollisionFigures figures;
   for (const ContactFrame& frame : path) count_frame(subject, frame, figures);
   const auto frames = static_cast<double>(path.size());
@@ -89,31 +106,22 @@ CollisionFigures measure_collision(const CollisionSubject& subject, const std::v
   }
   PlaneContacts found;
   Rounds restored, moving, restored_flat, full, full_tree;
-  // Two frames of the full mesh tell as much as all do.
+  // Of a large full mesh a few frames tell as much as all do.
   const std::size_t full_frames =
       std::min<std::size_t>(path.size(), subject.full.triangles.size() > 50'000 ? 20 : 2000);
+  const auto planes = [&](std::size_t f) { return std::span(path[f].planes).first(plane_count); };
   for (int round = 0; round < rounds; ++round) {
     restored.run(path.size(), [&](std::size_t f) {
       subject.local->move(path[f].focus);
-      found.clear();
-      find_contacts(subject.local->surface(), path[f].plane, found);
+      collide(subject.local->surface(), planes(f), found);
     });
     moving.run(path.size(), [&](std::size_t f) { subject.local->move(path[f].focus); });
     restored_flat.run(path.size(), [&](std::size_t f) {
       subject.local->move(path[f].focus);
-      found.clear();
-      subject.local->surface().visit(
-          [](const LiveSurface::Part&) { return true; },
-          [&](std::uint32_t, const SurfacePatch& patch) { find_contacts(patch, path[f].plane, found); });
+      collide_flat(subject.local->surface(), planes(f), found);
     });
-    full.run(full_frames, [&](std::size_t f) {
-      found.clear();
-      find_contacts(subject.flat, path[f].plane, found);
-    });
-    full_tree.run(path.size(), [&](std::size_t f) {
-      found.clear();
-      find_contacts(subject.refined->surface(), path[f].plane, found);
-    });
+    full.run(full_frames, [&](std::size_t f) { collide(subject.flat, planes(f), found); });
+    full_tree.run(path.size(), [&](std::size_t f) { collide(subject.refined->surface(), planes(f), found); });
   }
   figures.us_restored = restored.us();
   figures.us_move = moving.us();
@@ -121,29 +129,6 @@ CollisionFigures measure_collision(const CollisionSubject& subject, const std::v
   figures.us_full = full.us();
   figures.us_full_tree = full_tree.us();
   return figures;
-}
-
-double mean_triangles(const CollisionSubject& subject, double radius) {
-  const Result<std::vector<ContactFrame>> path = contact_path(subject.full, radius, 2000);
-  if (!path) return 0.0;
-  double sum = 0.0;
-  std::size_t frames = 0;
-  for (std::size_t f = 0; f < path->size(); f += 7, ++frames) {
-    subject.local->move((*path)[f].focus);
-    sum += static_cast<double>(subject.local->surface().triangle_count());
-  }
-  return sum / static_cast<double>(frames);
-}
-
-// The radius at which the mesh has so many triangles on the average of its path.
-double radius_for(const CollisionSubject& subject, double triangles) {
-  double low = 0.002 * subject.diagonal;
-  double high = 0.3 * subject.diagonal;
-  for (int step = 0; step < 9; ++step) {
-    const double middle = std::sqrt(low * high);
-    (mean_triangles(subject, middle) > triangles ? high : low) = middle;
-  }
-  return std::sqrt(low * high);
 }
 
 // --- Drawing ---
@@ -167,7 +152,7 @@ Result<DrawingFigures> measure_drawing(const CollisionSubject& subject, const st
   const Result<FanMesh> full = make_fan_mesh(subject.full, CoverMethod::greedy);
   if (!full) return tl::unexpected(full.error());
   PlaneContacts found;
-  const auto draw = [&](const ContactFrame& frame, bool restored, bool collide) -> Result<double> {
+  const auto draw = [&](const ContactFrame& frame, bool restored, bool colliding) -> Result<double> {
     const double start = process_cpu_seconds();
     FanMesh fans;
     if (restored) {
@@ -179,12 +164,11 @@ Result<DrawingFigures> measure_drawing(const CollisionSubject& subject, const st
     if (Result<Image> image = renderer->render(restored ? fans : *full, camera); !image) {
       return tl::unexpected(image.error());
     }
-    if (collide) {
-      found.clear();
+    if (colliding) {
       if (restored) {
-        find_contacts(subject.local->surface(), frame.plane, found);
+        collide(subject.local->surface(), frame.planes, found);
       } else {
-        find_contacts(subject.flat, frame.plane, found);
+        collide(subject.flat, frame.planes, found);
       }
     }
     return 1e3 * (process_cpu_seconds() - start);
@@ -205,7 +189,7 @@ Result<DrawingFigures> measure_drawing(const CollisionSubject& subject, const st
   return DrawingFigures{median(times[0]), median(times[1]), median(times[2]), median(times[3])};
 }
 
-Section speed_section(const CollisionFigures& c, const DrawingFigures& d) {
+Section speed_section(const CollisionFigures& room, const CollisionFigures& one, const DrawingFigures& d) {
   Table table({{"what", "", 0},
                {"source_simplified_fps", "source: restored, fps", 2},
                {"source_full_fps", "source: full, fps", 2},
@@ -216,38 +200,26 @@ Section speed_section(const CollisionFigures& c, const DrawingFigures& d) {
   const auto row = [&](const std::string& what, double source, double source_full, double us, double us_full) {
     table.add_row({what, source, source_full, source / source_full, 1e6 / us, 1e6 / us_full, us_full / us});
   };
+  const auto more = [&](const std::string& what, double us, double us_full) {
+    table.add_row({what, {}, {}, {}, 1e6 / us, 1e6 / us_full, us_full / us});
+  };
   row("drawing", 57.92, 52.90, 1e3 * d.ms_restored, 1e3 * d.ms_full);
-  row("colliding", 56.30, 30.21, c.us_restored, c.us_full);
+  row("colliding", 56.30, 30.21, room.us_restored, room.us_full);
   row("both", 49.63, 14.63, 1e3 * d.ms_both_restored, 1e3 * d.ms_both_full);
-  table.add_row({std::string("colliding, every restored triangle tested"),
-                 {},
-                 {},
-                 {},
-                 1e6 / c.us_restored_flat,
-                 1e6 / c.us_full,
-                 c.us_full / c.us_restored_flat});
-  table.add_row({std::string("colliding, the full mesh under the tree too"),
-                 {},
-                 {},
-                 {},
-                 1e6 / c.us_restored,
-                 1e6 / c.us_full_tree,
-                 c.us_full_tree / c.us_restored});
-  table.add_row({std::string("colliding, the focus stands still"),
-                 {},
-                 {},
-                 {},
-                 1e6 / (c.us_restored - c.us_move),
-                 1e6 / c.us_full,
-                 c.us_full / (c.us_restored - c.us_move)});
+  more("colliding, every restored triangle tested", room.us_restored_flat, room.us_full);
+  more("colliding, the full mesh under the tree too", room.us_restored, room.us_full_tree);
+  more("colliding, the focus stands still", room.us_restored - room.us_move, room.us_full);
+  more("colliding with one plane only", one.us_restored, one.us_full);
+  more("one plane, the focus stands still", one.us_restored - one.us_move, one.us_full);
   return {
       "local_restoration_speed",
-      fmt::format("Local restoration: armadillo reduced to {} triangles; restored around a plane's place of contact "
-                  "that goes along the model, {:.0f} triangles on average ({:.0f} of them original), {:.1f} splits "
-                  "a frame; source: 445. Colliding: CPU time of one thread, the focus moved each frame; full: the "
-                  "signed distance of every polygon. Drawing: 640 x 480 by OSMesa, CPU time of all its threads, "
-                  "fans made anew each frame",
-                  kModelTriangles, c.mean_triangles, c.mean_original, c.mean_splits),
+      fmt::format(
+          "Local restoration: armadillo_86k reduced to {} triangles, in a room of six planes of which one touches it "
+          "where the focus is; that goes along the model by a twentieth of its radius a frame. {:.0f} triangles on "
+          "average (source: 445), {:.0f} of them original, {:.1f} splits a frame. Colliding: CPU time of one thread, "
+          "moving the focus included; full: the signed distances of every polygon to every plane. Drawing: 640 x "
+          "480 by OSMesa, CPU time of all its threads, fans made anew each frame",
+          kModelTriangles, room.mean_triangles, room.mean_original, room.mean_splits),
       std::move(table)};
 }
 
@@ -282,12 +254,12 @@ Section growth_section(const std::vector<GrowthRow>& rows) {
                    f.us_move, f.us_restored - f.us_move, f.us_restored, f.us_full_tree, f.us_full,
                    f.us_full / f.us_restored});
   }
-  return {
-      "local_restoration_growth",
-      "Local restoration: time of a frame (the focus moves by a twentieth of its radius, one plane collides) as the "
-      "model grows; dragon_stanford_full reduced. Same triangles: the radius shrinks as the triangles do, so that "
-      "as many are in focus; same radius: the focus holds as many more as the model has",
-      std::move(table)};
+  return {"local_restoration_growth",
+          "Local restoration: time of a frame (the focus moves by a twentieth of its radius; six planes, one of which "
+          "touches) as the "
+          "model grows; dragon_stanford_full reduced. Same triangles: the radius shrinks as the triangles do, so that "
+          "as many are in focus; same radius: the focus holds as many more as the model has",
+          std::move(table)};
 }
 
 // time = a + b ln(triangles), by least squares.
@@ -332,7 +304,8 @@ std::vector<glm::dvec2> curve(const std::vector<GrowthRow>& rows, bool fixed_rad
 
 Section limits_section(const CollisionFigures& small, const std::vector<GrowthRow>& rows) {
   Limits limits;
-  limits.at_least("colliding, restored over full", "4,512 triangles", small.us_full / small.us_restored, 3.0);
+  limits.at_least("colliding, full over restored", "4,512 triangles, six planes", small.us_full / small.us_restored,
+                  3.0);
   const std::vector<glm::dvec2> points = curve(rows, false, &CollisionFigures::us_restored);
   const double logs = std::log(points.back().x) / std::log(points.front().x);
   const std::string range = fmt::format("{:.0f} K to {:.0f} K", points.front().x / 1e3, points.back().x / 1e3);
@@ -399,15 +372,14 @@ Result<std::vector<GrowthRow>> measure_growth(const PapersOptions& options) {
     if (!subject) return tl::unexpected(subject.error());
     mesh = {};
     const auto triangles = static_cast<double>(subject->full.triangles.size());
-    subject->local->set_coarseness(kCoarseness * subject->diagonal);
-    if (rows.empty()) first_radius = radius_for(*subject, kRestoredTriangles);
+    if (rows.empty()) first_radius = kRadius * subject->diagonal;
     const double first_triangles = rows.empty() ? triangles : rows.front().triangles;
     for (const bool fixed_radius : {false, true}) {
       const double radius = fixed_radius ? first_radius : first_radius * std::sqrt(first_triangles / triangles);
       Result<std::vector<ContactFrame>> path = contact_path(subject->full, radius, fixed_radius ? 200 : 1000);
       if (!path) return tl::unexpected(path.error());
       const CollisionFigures figures =
-          measure_collision(*subject, there_and_back(std::move(*path)), options.quick ? 2 : 5);
+          measure_collision(*subject, there_and_back(std::move(*path)), 6, options.quick ? 2 : 5);
       rows.push_back({triangles, fixed_radius, radius / subject->diagonal, figures});
     }
   }
@@ -438,7 +410,7 @@ Result<void> draw_picture(const CollisionSubject& subject, const std::vector<Con
   // Two places that the camera sees.
   std::vector<const ContactFrame*> seen;
   for (const ContactFrame& f : path) {
-    if (glm::dot(f.plane.normal, glm::normalize(camera.eye - f.focus.sphere->centre)) < -0.6) seen.push_back(&f);
+    if (glm::dot(f.planes[0].normal, glm::normalize(camera.eye - f.focus.sphere->centre)) < -0.6) seen.push_back(&f);
   }
   if (seen.empty()) seen.push_back(&path.front());
   for (const ContactFrame* f : {seen[seen.size() / 4], seen[3 * seen.size() / 4]}) {
@@ -447,7 +419,7 @@ Result<void> draw_picture(const CollisionSubject& subject, const std::vector<Con
     if (auto added = add(mesh, camera, "Restored around a place of contact"); !added) return added;
     Camera close = camera;
     close.target = f->focus.sphere->centre;
-    close.eye = close.target - f->plane.normal * (4.5 * f->focus.sphere->radius);
+    close.eye = close.target - f->planes[0].normal * (4.5 * f->focus.sphere->radius);
     if (auto added = add(mesh, close, "The same, nearer"); !added) return added;
   }
   ContactSheetOptions sheet;
@@ -468,12 +440,13 @@ Result<std::vector<Section>> measure_local_restoration(const PapersOptions& opti
   if (!reduced) return tl::unexpected(with_context(reduced.error(), "armadillo_86k.ply"));
   const Result<CollisionSubject> subject = make_subject(reduced->front());
   if (!subject) return tl::unexpected(subject.error());
-  subject->local->set_coarseness(kCoarseness * subject->diagonal);
   tell(options, "colliding and drawing");
-  const double radius = radius_for(*subject, kRestoredTriangles);
+  const double radius = kRadius * subject->diagonal;
   Result<std::vector<ContactFrame>> path = contact_path(subject->full, radius, 5000);
   if (!path) return tl::unexpected(path.error());
-  const CollisionFigures collision = measure_collision(*subject, there_and_back(*path), options.quick ? 3 : 25);
+  const std::vector<ContactFrame> tour = there_and_back(*path);
+  const CollisionFigures room = measure_collision(*subject, tour, 6, options.quick ? 3 : 15);
+  const CollisionFigures one = measure_collision(*subject, tour, 1, options.quick ? 3 : 15);
   const Result<DrawingFigures> drawing = measure_drawing(*subject, *path, options.quick ? 15 : 60);
   if (!drawing) return tl::unexpected(drawing.error());
   if (auto drawn = draw_picture(*subject, *path, options.pictures / "local_restoration.png"); !drawn) {
@@ -483,9 +456,9 @@ Result<std::vector<Section>> measure_local_restoration(const PapersOptions& opti
   if (!growth) return tl::unexpected(growth.error());
   if (auto drawn = draw_plots(*growth, options.pictures); !drawn) return tl::unexpected(drawn.error());
   std::vector<Section> sections;
-  sections.push_back(speed_section(collision, *drawing));
+  sections.push_back(speed_section(room, one, *drawing));
   sections.push_back(growth_section(*growth));
-  sections.push_back(limits_section(collision, *growth));
+  sections.push_back(limits_section(room, *growth));
   return sections;
 }
 
