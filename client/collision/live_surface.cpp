@@ -61,7 +61,8 @@ std::uint64_t LiveSurface::triangle_count() const {
 
 Bounds LiveSurface::box() const { return cells_.is_empty() ? whole_part_.box : parts_[CellHierarchy::root()].box; }
 
-TriangleMesh LiveSurface::triangle_mesh() const {
+TriangleMesh LiveSurface::triangle_mesh(std::vector<bool>* original) const {
+  if (original != nullptr) original->clear();
   std::vector<std::pair<VertexId, glm::dvec3>> vertices;
   std::vector<Triangle> triangles;
   triangles.reserve(triangle_count());
@@ -70,8 +71,10 @@ TriangleMesh LiveSurface::triangle_mesh() const {
           for (std::uint32_t v = 0; v < patch.vertex_count(); ++v) {
             vertices.emplace_back(patch.numbers[v], patch.position(v));
           }
-          for (const auto& t : patch.triangles) {
+          for (std::size_t i = 0; i < patch.triangles.size(); ++i) {
+            const auto& t = patch.triangles[i];
             triangles.push_back({patch.numbers[t[0]], patch.numbers[t[1]], patch.numbers[t[2]]});
+            if (original != nullptr) original->push_back(patch.is_original(i));
           }
         });
   const auto less = [](const auto& a, const auto& b) { return a.first < b.first; };

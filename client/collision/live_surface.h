@@ -24,7 +24,8 @@ class LiveSurface {
   std::uint64_t triangle_count() const;
   Bounds box() const;
   // The mesh as it is; O(n log n) of what it is, however large the model.
-  TriangleMesh triangle_mesh() const;
+  // `original` is told of every triangle whether it is one of the full model.
+  TriangleMesh triangle_mesh(std::vector<bool>* original = nullptr) const;
 
   // Of a node of the hierarchy: the box of the faces below it now (kNoBounds: there is none), and how many.
   struct Part {

@@ -388,43 +388,69 @@ Result<std::vector<GrowthRow>> measure_growth(const PapersOptions& options) {
 
 // --- The picture ---
 
-Result<void> draw_picture(const CollisionSubject& subject, const std::vector<ContactFrame>& path,
-                          const std::filesystem::path& file) {
-  Result<OffscreenRenderer> renderer = OffscreenRenderer::create(720, 720);
-  if (!renderer) return tl::unexpected(renderer.error());
+// Every triangle a fan of its own, to be drawn flat.
+FanMesh single_fans(const TriangleMesh& mesh, const std::vector<bool>& left_out) {
+  FanMesh fans;
+  for (const glm::dvec3& p : mesh.positions) fans.vertices.push_back({glm::vec3(p), glm::vec3(0.0F)});
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (left_out[t]) continue;
+    fans.fans.push_back({mesh.triangles[t][0], static_cast<std::uint32_t>(fans.rings.size()), 2, false});
+    fans.rings.push_back(mesh.triangles[t][1]);
+    fans.rings.push_back(mesh.triangles[t][2]);
+  }
+  return fans;
+}
+
+// What is original in blue: where the picture changes if it is left out.
+Result<Image> draw_restored(OffscreenRenderer& renderer, const LiveSurface& surface, const Camera& camera) {
+  std::vector<bool> original;
+  const TriangleMesh mesh = surface.triangle_mesh(&original);
   RenderOptions look;
   look.shading = Shading::flat;
+  const FanMesh all = single_fans(mesh, std::vector<bool>(original.size(), false));
+  Result<Image> image = renderer.render(all, camera, look);
+  const Result<Image> without = renderer.render(single_fans(mesh, original), camera, look);
+  look.color = {0.42F, 0.60F, 0.85F};
+  const Result<Image> blue = renderer.render(all, camera, look);
+  if (!image || !without || !blue) return tl::unexpected((!image ? image : !without ? without : blue).error());
+  for (std::size_t i = 0; i + 4 <= image->rgba.size(); i += 4) {
+    const auto at = static_cast<std::ptrdiff_t>(i);
+    if (std::equal(image->rgba.begin() + at, image->rgba.begin() + at + 4, without->rgba.begin() + at)) continue;
+    std::copy_n(blue->rgba.begin() + at, 4, image->rgba.begin() + at);
+  }
+  return image;
+}
+
+Result<void> draw_picture(const CollisionSubject& subject, const std::filesystem::path& file) {
+  Result<OffscreenRenderer> renderer = OffscreenRenderer::create(640, 720);
+  if (!renderer) return tl::unexpected(renderer.error());
+  FitOptions whole;
+  whole.aspect = 640.0 / 720.0;
+  const Camera camera = fit(subject.full.positions, whole);
+  const Result<std::vector<ContactFrame>> path = contact_path(subject.full, 0.05 * subject.diagonal, 5000);
+  if (!path) return tl::unexpected(path.error());
   std::vector<ContactSheetEntry> entries;
-  const auto add = [&](const TriangleMesh& mesh, const Camera& camera, const std::string& caption) -> Result<void> {
-    const Result<FanMesh> fans = make_fan_mesh(mesh, CoverMethod::greedy);
-    if (!fans) return tl::unexpected(fans.error());
-    Result<Image> image = renderer->render(*fans, camera, look);
+  const auto add = [&](const LiveSurface& surface, const std::string& caption) -> Result<void> {
+    Result<Image> image = draw_restored(*renderer, surface, camera);
     if (!image) return tl::unexpected(image.error());
-    entries.push_back({std::move(*image), {caption, fmt::format("{} triangles", mesh.triangles.size())}});
+    entries.push_back({std::move(*image), {caption, fmt::format("{} triangles", surface.triangle_count())}});
     return {};
   };
-  FitOptions whole;
-  whole.aspect = 1.0;
-  const Camera camera = fit(subject.full.positions, whole);
-  if (auto added = add(subject.full, camera, "The model"); !added) return added;
-  // Two places that the camera sees.
+  if (auto added = add(subject.refined->surface(), "The model, all of it original"); !added) return added;
+  // Two places of contact that the camera sees.
   std::vector<const ContactFrame*> seen;
-  for (const ContactFrame& f : path) {
+  for (const ContactFrame& f : *path) {
     if (glm::dot(f.planes[0].normal, glm::normalize(camera.eye - f.focus.sphere->centre)) < -0.6) seen.push_back(&f);
   }
-  if (seen.empty()) seen.push_back(&path.front());
-  for (const ContactFrame* f : {seen[seen.size() / 4], seen[3 * seen.size() / 4]}) {
+  if (seen.empty()) seen.push_back(&path->front());
+  for (const ContactFrame* f : {seen[seen.size() / 8], seen[7 * seen.size() / 8]}) {
     subject.local->move(f->focus);
-    const TriangleMesh mesh = subject.local->surface().triangle_mesh();
-    if (auto added = add(mesh, camera, "Restored around a place of contact"); !added) return added;
-    Camera close = camera;
-    close.target = f->focus.sphere->centre;
-    close.eye = close.target - f->planes[0].normal * (4.5 * f->focus.sphere->radius);
-    if (auto added = add(mesh, close, "The same, nearer"); !added) return added;
+    if (auto added = add(subject.local->surface(), "Restored within 5 % of the diagonal"); !added) return added;
   }
   ContactSheetOptions sheet;
-  sheet.title = "Local restoration: original in the focus, simplified elsewhere, one mesh";
-  sheet.columns = 5;
+  sheet.title =
+      "Local restoration: original (blue) in the focus and where that needs it, simplified elsewhere, one mesh";
+  sheet.columns = 3;
   const Result<Image> picture = make_contact_sheet(entries, sheet);
   if (!picture) return tl::unexpected(picture.error());
   return write_png(*picture, file);
@@ -449,7 +475,7 @@ Result<std::vector<Section>> measure_local_restoration(const PapersOptions& opti
   const CollisionFigures one = measure_collision(*subject, tour, 1, options.quick ? 3 : 15);
   const Result<DrawingFigures> drawing = measure_drawing(*subject, *path, options.quick ? 15 : 60);
   if (!drawing) return tl::unexpected(drawing.error());
-  if (auto drawn = draw_picture(*subject, *path, options.pictures / "local_restoration.png"); !drawn) {
+  if (auto drawn = draw_picture(*subject, options.pictures / "local_restoration.png"); !drawn) {
     return tl::unexpected(drawn.error());
   }
   const Result<std::vector<GrowthRow>> growth = measure_growth(options);
