@@ -24,7 +24,9 @@ LocalRestoration::LocalRestoration(std::shared_ptr<const AssetHead> head, std::s
       surface_(mesh_, cells_),
       places_(cells_.node_count(), kNoBounds),
       outside_(mesh_.index().cells.size(), 0),
-      last_found_(mesh_.index().cells.size(), 0) {
+      last_found_(mesh_.index().cells.size(), 0),
+      place_in_found_(mesh_.index().cells.size(), 0),
+      place_of_step_(mesh_.index().segments.size(), kNoBounds) {
   mesh_.set_target_meaning(TargetMeaning::wanted);
   mesh_.set_all_targets(0);
   const std::vector<std::uint32_t> changed = mesh_.take_changed_cells();
@@ -65,7 +67,10 @@ void LocalRestoration::note_places(std::span<const std::uint32_t> changed_cells)
     if (!mesh_.is_live(c) || !lacks_splits(c)) continue;
     const CellBounds& bounds = mesh_.bounds(c);
     if (bounds.radius < 0.0) continue;
-    widen(cells_.node_of(c), cube(bounds.centre, (bounds.radius + error_now(c)) * (1.0 + 1e-12)));
+    const Bounds place = cube(bounds.centre, (bounds.radius + error_now(c)) * (1.0 + 1e-12));
+    Bounds& here = place_of_step_[mesh_.index().cells[c].first_segment + mesh_.applied_prefix(c)];
+    here = united(here, place);
+    widen(cells_.node_of(c), place);
   }
 }
 
@@ -117,7 +122,19 @@ void LocalRestoration::set_coarseness(double error) {
   }
 }
 
-void LocalRestoration::find_cells(const FocusTest& test, std::vector<std::uint32_t>& found) const {
+// How many of a cell's segments a focus needs that touches its place. Before the model is measured: one more than it
+// had whenever its place, as it was then, is known to be touched.
+std::uint32_t LocalRestoration::needed_segments(std::uint32_t cell, const FocusTest& test) const {
+  if (measured_) return kAll;
+  const CellEntry& entry = mesh_.index().cells[cell];
+  for (std::uint32_t p = entry.segment_count; p > 0; --p) {
+    const Bounds& place = place_of_step_[entry.first_segment + p - 1];
+    if (place.low.x <= place.high.x && test.may_touch(place)) return p == entry.segment_count ? kAll : p;
+  }
+  return 0;
+}
+
+void LocalRestoration::find_cells(const FocusTest& test, std::vector<CellTarget>& found) {
   found.clear();
   if (test.is_empty()) return;
   cells_.descend([&](std::uint32_t n) {
@@ -126,19 +143,28 @@ void LocalRestoration::find_cells(const FocusTest& test, std::vector<std::uint32
     if (c == CellHierarchy::kNone) return true;
     // A cell's cone holds its children's too.
     if (!test.may_hold(mesh_.index().cells[c].cone)) return false;
-    found.push_back(c);
+    place_in_found_[c] = static_cast<std::uint32_t>(found.size());
+    found.push_back({c, needed_segments(c, test)});
     return true;
   });
+  if (measured_) return;
+  // What a cell needs it only gets if the cell that it comes from is complete. That one was found before.
+  for (std::size_t i = found.size(); i-- > 0;) {
+    const std::uint32_t parent = mesh_.index().cells[found[i].cell].parent;
+    if (found[i].segments > 0 && parent != CellHierarchy::kNone) found[place_in_found_[parent]].segments = kAll;
+  }
 }
 
-void LocalRestoration::change_targets(const std::vector<std::uint32_t>& in_focus) {
-  const std::uint64_t before = searches_++;
-  for (const std::uint32_t c : in_focus) {
-    if (last_found_[c] != before) changes_.push_back({c, kAll});
-    last_found_[c] = searches_;
+void LocalRestoration::change_targets(const std::vector<CellTarget>& in_focus) {
+  ++searches_;
+  const bool pending = !changes_.empty();
+  for (const CellTarget& f : in_focus) {
+    const std::uint32_t target = std::max(f.segments, outside_[f.cell]);
+    if (pending || mesh_.target(f.cell) != target) changes_.push_back({f.cell, target});
+    last_found_[f.cell] = searches_;
   }
-  for (const std::uint32_t c : in_focus_) {
-    if (last_found_[c] != searches_) changes_.push_back({c, outside_[c]});
+  for (const CellTarget& f : in_focus_) {
+    if (last_found_[f.cell] != searches_) changes_.push_back({f.cell, outside_[f.cell]});
   }
 }
 
@@ -148,7 +174,10 @@ RestorationMove LocalRestoration::move(const Focus& focus) {
   // Cells show where they lie once they are there, and places only widen: so this ends.
   for (bool first = true;; first = false) {
     find_cells(test, found_);
-    if (!first && found_ == in_focus_) break;
+    const auto same = [](const CellTarget& a, const CellTarget& b) {
+      return a.cell == b.cell && a.segments == b.segments;
+    };
+    if (!first && std::equal(found_.begin(), found_.end(), in_focus_.begin(), in_focus_.end(), same)) break;
     change_targets(found_);
     in_focus_.swap(found_);
     const MeshMove move = mesh_.move_to(changes_);
@@ -162,8 +191,13 @@ RestorationMove LocalRestoration::move(const Focus& focus) {
     note_places(changed);
   }
   const bool all_is_one = cells_.is_empty() && !test.is_empty() && test.may_touch(surface_.box());
-  result.focus_cells = all_is_one ? 1 : static_cast<std::uint32_t>(in_focus_.size());
-  result.covered = std::none_of(in_focus_.begin(), in_focus_.end(), [&](std::uint32_t c) { return lacks_splits(c); });
+  result.focus_cells =
+      all_is_one ? 1
+                 : static_cast<std::uint32_t>(std::count_if(in_focus_.begin(), in_focus_.end(),
+                                                            [](const CellTarget& f) { return f.segments == kAll; }));
+  result.covered = std::none_of(in_focus_.begin(), in_focus_.end(), [&](const CellTarget& f) {
+    return mesh_.applied_prefix(f.cell) < std::min(f.segments, mesh_.index().cells[f.cell].segment_count);
+  });
   return result;
 }
 

@@ -70,8 +70,9 @@ class LocalRestoration {
   double largest_error() const;
 
  private:
-  void find_cells(const FocusTest& test, std::vector<std::uint32_t>& found) const;
-  void change_targets(const std::vector<std::uint32_t>& in_focus);
+  std::uint32_t needed_segments(std::uint32_t cell, const FocusTest& test) const;
+  void find_cells(const FocusTest& test, std::vector<CellTarget>& found);
+  void change_targets(const std::vector<CellTarget>& in_focus);
   void note_places(std::span<const std::uint32_t> changed_cells);
   void widen(std::uint32_t node, const Bounds& box);
   bool lacks_splits(std::uint32_t cell) const;
@@ -82,11 +83,13 @@ class LocalRestoration {
   LiveSurface surface_;
   std::vector<Bounds> places_;             // by node: where its part of the full model lies; known for live cells
   std::vector<std::uint32_t> outside_;     // by cell: its target out of focus
-  std::vector<std::uint32_t> in_focus_;    // cells, as of the last move
-  std::vector<std::uint32_t> found_;       // scratch
+  std::vector<CellTarget> in_focus_;       // cells and what they need, as of the last move
+  std::vector<CellTarget> found_;          // scratch
   std::vector<std::uint64_t> last_found_;  // by cell: the search that found it
   std::uint64_t searches_ = 1;
-  std::vector<CellTarget> changes_;  // for the next move
+  std::vector<std::uint32_t> place_in_found_;  // scratch, by cell
+  std::vector<Bounds> place_of_step_;  // by segment: where a cell's part lies while it lacks this one; until measured
+  std::vector<CellTarget> changes_;    // for the next move
   bool measured_ = false;
 };
 
