@@ -19,12 +19,25 @@ int main(int argc, char** argv) {
       "fanstream-client COMMAND --help tells more.\n"
       "Exit codes: 0 done, 2 usage, 3 not found, 4 reading or writing, 5 bad input,\n"
       "6 unsupported, 7 limit, 8 network, 130 interrupted.");
-  const std::array<Command, 7> commands{add_list_command(app),
+  const std::array<Command, 8> commands{add_list_command(app),
                                         add_fetch_command(app),
                                         add_render_command(app),
                                         add_snapshots_command(app),
                                         add_session_command(app, open_live_session),
                                         add_reduce_command(app),
+                                        add_collide_command(app),
+                                        add_subdivide_command(app)};
+                                        add_fetch_command(app),
+                                        add_render_command(app),
+                                        add_snapshots_command(app),
+                                        add_session_command(app, open_live_session),
+  const std::array<Command, 8> commands{add_list_command(app),
+                                        add_fetch_command(app),
+                                        add_render_command(app),
+                                        add_snapshots_command(app),
+                                        add_session_command(app, open_live_session),
+                                        add_reduce_command(app),
+                                        add_collide_command(app),
                                         add_subdivide_command(app)};
   try {
     app.parse(argc, argv);

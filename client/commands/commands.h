@@ -18,5 +18,6 @@ Command add_render_command(CLI::App& app);
 Command add_snapshots_command(CLI::App& app);
 Command add_reduce_command(CLI::App& app);
 Command add_subdivide_command(CLI::App& app);
+Command add_collide_command(CLI::App& app);
 
 }  // namespace fanstream

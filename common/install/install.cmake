@@ -22,12 +22,16 @@ install(DIRECTORY common protocol client DESTINATION ${header_dir} FILES_MATCHIN
   PATTERN "*.h" PATTERN common/install EXCLUDE PATTERN common/import EXCLUDE PATTERN client/commands EXCLUDE)
 install(EXPORT fanstream NAMESPACE fanstream:: FILE fanstreamTargets.cmake DESTINATION ${package_dir})
 
-# Whoever links the libraries needs what they are linked with: each is found by the namespace of its targets.
+# Whoever links the libraries needs what they are linked with: each is found by the namespace of its targets. FCL's
+# target has none.
 set(dependencies)
 foreach(target IN LISTS library_targets)
   get_target_property(linked ${target} INTERFACE_LINK_LIBRARIES)
   string(REGEX MATCHALL "[A-Za-z0-9_]+::" namespaces "${linked}")
   list(APPEND dependencies ${namespaces})
+  if("${linked}" MATCHES "<LINK_ONLY:fcl>")
+    list(APPEND dependencies "fcl::")
+  endif()
 endforeach()
 list(REMOVE_DUPLICATES dependencies)
 list(SORT dependencies)

@@ -22,7 +22,7 @@ bool ProgressiveMesh::prepare_generation(std::uint32_t cell_number, Work& work) 
       if (vertex == kOutside) break;
       const std::uint32_t lagging = state_.cells[vertex];
       const std::uint32_t before = cells_[lagging].done;
-      if (work.in_step || !advance(lagging, state_.vertices[vertex].context.next, work) ||
+      if (work.in_step || !take_along(lagging, state_.vertices[vertex].context.next, work) ||
           cells_[lagging].done == before) {
         wait_for(cell_number, lagging);
         coding_.root_count = first;
@@ -45,16 +45,33 @@ bool ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generatio
   return true;
 }
 
+// The same for a cell that another needs.
+bool ProgressiveMesh::take_along(std::uint32_t cell_number, std::uint32_t generation, Work& work) {
+  if (meaning_ == TargetMeaning::most) return advance(cell_number, generation, work);
+  const CellProgress& cell = cells_[cell_number];
+  while (cell.live && cell.done < std::min<std::uint32_t>(cell.reach, generation)) {
+    if (work.must_stop()) return false;
+    const std::size_t first_root = coding_.root_count;
+    if (!prepare_generation(cell_number, work)) return true;
+    if (!apply_generation(cell_number, first_root, work)) return false;
+    if (cell.done > cell.limit) excess_.push_back(cell_number);  // until it turns out what for
+  }
+  return true;
+}
+
 // Once only, however often it is tried.
 void ProgressiveMesh::wait_for(std::uint32_t cell_number, std::uint32_t lagging) {
   std::vector<std::uint32_t>& waiting = cells_[lagging].live->waiting;
   if (std::find(waiting.begin(), waiting.end(), cell_number) == waiting.end()) waiting.push_back(cell_number);
 }
 
+// Where targets say what is wanted, a cell may wait for one that itself waits for others' sake only.
 void ProgressiveMesh::wake_waiting(std::uint32_t cell_number) {
-  std::vector<std::uint32_t>& waiting = cells_[cell_number].live->waiting;
-  for (const std::uint32_t c : waiting) queue(c);
-  waiting.clear();
+  for (const std::uint32_t c : std::exchange(cells_[cell_number].live->waiting, {})) {
+    queue(c);
+    const bool on_its_own = meaning_ == TargetMeaning::most || can_advance(c);
+    if (!on_its_own && cells_[c].live) wake_waiting(c);
+  }
 }
 
 // Cell by cell, each as far as it goes, then its children: while a piece of the surface is refined, it stays in the
@@ -209,6 +226,57 @@ void ProgressiveMesh::coarsen_excess(Work& work) {
   }
 }
 
+// Whether a cell that is to get on waits for this one, or waits for one that does. Who waits is finer, so this is
+// recursive at most as often as there are generations.
+bool ProgressiveMesh::is_awaited(std::uint32_t cell_number) const {
+  const CellProgress& cell = cells_[cell_number];
+  for (const std::uint32_t w : cell.live->waiting) {
+    if (cells_[w].live && cells_[w].done > cell.done && (can_advance(w) || is_awaited(w))) return true;
+  }
+  return false;
+}
+
+// Whether a cell's last generation is part of what others, or its children, were applied on top of; or has brought the
+// children that others wait for.
+bool ProgressiveMesh::is_needed(std::uint32_t cell_number) const {
+  const CellProgress& cell = cells_[cell_number];
+  if (cell.live->has_children) {
+    const CellEntry& entry = index_->cells[cell_number];
+    for (std::uint32_t child = entry.first_child; child < entry.first_child + entry.child_count; ++child) {
+      if (cells_[child].done > cell.done || is_awaited(child)) return true;
+    }
+  }
+  return is_awaited(cell_number) || find_later(cell_number) != kOutside;
+}
+
+// After a cell has lost a generation: what that lay on belongs to cells beside it now, or to those they come from.
+void ProgressiveMesh::note_less_needed(std::uint32_t cell_number) {
+  const auto note = [&](std::uint32_t c) {
+    if (cells_[c].done > cells_[c].limit) excess_.push_back(c);
+    const CellEntry& entry = index_->cells[c];
+    if (entry.slab > 0 && cells_[c].done == slab_begin(entry.slab) &&
+        cells_[entry.parent].done > cells_[entry.parent].limit) {
+      excess_.push_back(entry.parent);
+    }
+  };
+  note(cell_number);
+  for (const std::uint32_t n : cells_[cell_number].live->neighbours) note(n);
+}
+
+// Generation by generation, as far as nothing that stays was applied on top of it.
+void ProgressiveMesh::coarsen_unneeded(Work& work) {
+  while (!excess_.empty()) {
+    const std::uint32_t c = excess_.back();
+    const CellProgress& cell = cells_[c];
+    if (!cell.live || cell.done <= cell.limit || is_needed(c)) {
+      excess_.pop_back();
+      continue;
+    }
+    if (!undo_generation(c, work)) return;
+    note_less_needed(c);
+  }
+}
+
 std::uint64_t ProgressiveMesh::coarsen_to(std::uint32_t generation) {
   if (!index_) return 0;
   std::uint32_t border = 0;
@@ -247,8 +315,13 @@ MeshMove ProgressiveMesh::move_to(std::span<const CellTarget> targets, std::uint
   }
   Work work;
   work.split_budget = split_budget;
-  coarsen_excess(work);
-  if (excess_.empty()) refine_in_depth(work);
+  if (meaning_ == TargetMeaning::most) {
+    coarsen_excess(work);
+    if (excess_.empty()) refine_in_depth(work);
+  } else {
+    refine_in_depth(work);
+    coarsen_unneeded(work);
+  }
   give_back_pages();
   work.move.finished = excess_.empty() && queue_.empty();
   return std::move(work.move);

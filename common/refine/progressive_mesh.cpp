@@ -156,13 +156,20 @@ bool ProgressiveMesh::can_advance(std::uint32_t cell_number) const {
 // After target, held segments or damage of the cell have changed.
 void ProgressiveMesh::update_limit(std::uint32_t cell_number) {
   CellProgress& cell = cells_[cell_number];
-  const std::uint32_t slab = index_->cells[cell_number].slab;
-  const std::uint32_t segments = std::min(cell.target, held_.prefix(cell_number));
-  const std::uint32_t layer = head_->layer_begin(slab) + segments;
-  std::uint32_t limit = layer == 0 ? 0 : head_->layer_ends[layer - 1];
-  if (cell.damaged != 0) limit = std::min(limit, cell.damaged - 1U);
-  cell.limit = static_cast<std::uint8_t>(limit);
+  const std::uint32_t first_layer = head_->layer_begin(index_->cells[cell_number].slab);
+  const auto generation_with = [&](std::uint32_t segments) {
+    const std::uint32_t layer = first_layer + segments;
+    std::uint32_t last = layer == 0 ? 0 : head_->layer_ends[layer - 1];
+    if (cell.damaged != 0) last = std::min(last, cell.damaged - 1U);
+    return static_cast<std::uint8_t>(last);
+  };
+  const std::uint32_t held = held_.prefix(cell_number);
+  const std::uint8_t reach = generation_with(held);
+  const bool further = reach > cell.reach;
+  cell.reach = reach;
+  cell.limit = generation_with(std::min(cell.target, held));
   queue(cell_number);
+  if (further && meaning_ == TargetMeaning::wanted && cell.live) wake_waiting(cell_number);
 }
 
 bool ProgressiveMesh::holds(std::uint32_t cell, std::uint32_t segment) const {

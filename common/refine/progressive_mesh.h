@@ -24,6 +24,14 @@ enum class MeshMemory : std::uint8_t {
   live_part,
 };
 
+// What a cell's target asks of move_to.
+enum class TargetMeaning : std::uint8_t {
+  most,  // to be no finer than this: the mesh is the largest within all targets
+  // To be as fine as this. The mesh is the smallest that has all that is wanted: cells that others need go along as far
+  // as these need them, beyond their own targets. It does not depend on the way there either.
+  wanted,
+};
+
 // No more than the first `segments` segments of a cell are to be applied.
 struct CellTarget {
   std::uint32_t cell = 0;
@@ -86,6 +94,10 @@ class ProgressiveMesh {
   MeshMove move_to(std::span<const CellTarget> targets, std::uint64_t split_budget = kNoBudget);
   // Sets every cell's target, to take effect with the next move_to.
   void set_all_targets(std::uint32_t segments);
+  // TargetMeaning::most at first. To be chosen before the first move_to, and not to be mixed with refine(). With
+  // `wanted`, move_to refines before it coarsens, and a cell that needs what is not held is as
+  // fine as it can be; what it waits for stays.
+  void set_target_meaning(TargetMeaning meaning) { meaning_ = meaning; }
 
   const AssetHead& head() const { return *head_; }
   const AssetIndex& index() const { return *index_; }
@@ -125,6 +137,7 @@ class ProgressiveMesh {
     std::uint32_t on = 0;  // the generation before it
   };
   void find_supports(std::uint32_t cell, std::vector<Support>& found) const;
+  const CellVertices& vertices(std::uint32_t cell) const { return cells_[cell].live->vertices; }  // of a live cell
   // Of a live cell. Computed when it is asked for, and again only after the cell or a neighbour has changed.
   const CellBounds& bounds(std::uint32_t cell) const;
   // The cells of which live or not, prefixes, neighbours or bounds may have changed since the last call, each once, in
@@ -150,6 +163,7 @@ class ProgressiveMesh {
   void refine_evenly(std::uint32_t vertex_limit, Work& work);
   void refine_in_depth(Work& work);
   bool advance(std::uint32_t cell, std::uint32_t generation, Work& work);
+  bool take_along(std::uint32_t cell, std::uint32_t generation, Work& work);
   bool prepare_generation(std::uint32_t cell, Work& work);
   void wait_for(std::uint32_t cell, std::uint32_t lagging);
   void wake_waiting(std::uint32_t cell);
@@ -164,6 +178,10 @@ class ProgressiveMesh {
   void complete_cell(std::uint32_t cell);
 
   void coarsen_excess(Work& work);
+  void coarsen_unneeded(Work& work);
+  bool is_needed(std::uint32_t cell) const;
+  bool is_awaited(std::uint32_t cell) const;
+  void note_less_needed(std::uint32_t cell);
   bool undo_generation(std::uint32_t cell, Work& work);
   void retract_children(std::uint32_t cell);
   void roll_back(std::uint32_t cell, std::uint32_t target, std::uint32_t generation);
@@ -186,6 +204,7 @@ class ProgressiveMesh {
   mutable BoundsScratch scratch_;
   std::uint32_t vertex_count_ = 0;
   PageKind pages_;
+  TargetMeaning meaning_ = TargetMeaning::most;
   bool targets_set_ = false;
   bool failed_ = false;
 };

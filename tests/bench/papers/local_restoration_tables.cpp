@@ -1,0 +1,492 @@
+#include "tests/bench/papers/local_restoration_tables.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <glm/geometric.hpp>
+#include <span>
+
+#include "client/render/contact_sheet.h"
+#include "client/render/offscreen_renderer.h"
+#include "client/render/plot.h"
+#include "common/fans/fan_shape.h"
+#include "tests/bench/papers/collision_scene.h"
+#include "tests/bench/thread_clock.h"
+
+namespace fanstream::bench {
+namespace {
+
+constexpr std::uint32_t kModelTriangles = 4512;  // the source's
+constexpr double kRadius = 0.02;                 // of the focus, by the diagonal, at the smallest size
+
+void tell(const PapersOptions& options, const std::string& stage) {
+  if (options.progress) options.progress("local restoration: " + stage);
+}
+
+// --- Colliding ---
+
+// The least of several rounds, each of all frames, in seconds a frame of CPU time. Rounds of different ways are taken
+// in turn.
+class Rounds {
+ public:
+  template <class Way>
+  void run(std::size_t frames, const Way& way) {
+    const double start = thread_cpu_seconds();
+    for (std::size_t f = 0; f < frames; ++f) way(f);
+    best_s_ = std::min(best_s_, (thread_cpu_seconds() - start) / static_cast<double>(frames));
+  }
+  double us() const { return 1e6 * best_s_; }
+
+ private:
+  double best_s_ = INFINITY;
+};
+
+// Contacts with some planes, of a surface or a patch.
+template <class Surface>
+void collide(const Surface& surface, std::span<const Plane> planes, PlaneContacts& found) {
+  found.clear();
+  for (const Plane& plane : planes) find_contacts(surface, plane, found, {.least_distance = false});
+}
+void collide_flat(const LiveSurface& surface, std::span<const Plane> planes, PlaneContacts& found) {
+  found.clear();
+  for (const Plane& plane : planes) {
+    surface.visit([](const LiveSurface::Part&) { return true; },
+                  [&](std::uint32_t, const SurfacePatch& patch) {
+                    find_contacts(patch, plane, found, {.least_distance = false});
+                  });
+  }
+}
+
+struct CollisionFigures {
+  double us_restored = 0.0;       // moving the focus and colliding, with the tree
+  double us_move = 0.0;           // of that, moving the focus
+  double us_restored_flat = 0.0;  // moving and then testing every triangle of the restored mesh
+  double us_full = 0.0;           // every triangle of the full mesh
+  double us_full_tree = 0.0;      // the full mesh with the tree
+  double mean_triangles = 0.0, mean_original = 0.0, mean_splits = 0.0, mean_contacts = 0.0, mean_tested = 0.0;
+  double mean_full_contacts = 0.0;
+};
+
+void count_frame(const CollisionSubject& subject, const ContactFrame& frame, CollisionFigures& sum) {
+  const RestorationMove move = subject.local->move(frame.focus);
+  PlaneContacts found;
+  PlaneContacts in_full;
+  collide(subject.local->surface(), frame.planes, found);
+  collide(subject.refined->surface(), frame.planes, in_full);
+  sum.mean_splits += static_cast<double>(move.applied + move.undone);
+  sum.mean_triangles += static_cast<double>(subject.local->surface().triangle_count());
+  subject.local->surface().visit([](const LiveSurface::Part&) { return true; },
+                                 [&](std::uint32_t, const SurfacePatch& patch) {
+                                   for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
+                                     sum.mean_original += patch.is_original(t) ? 1.0 : 0.0;
+                                   }
+                                 });
+  sum.mean_contacts += static_cast<double>(found.touching);
+  sum.mean_tested += static_cast<double>(found.tested_triangles);
+  sum.mean_full_contacts += static_cast<double>(in_full.touching);
+}
+
+// The focus goes along the path and back, so that every round begins where the last one ended.
+std::vector<ContactFrame> there_and_back(std::vector<ContactFrame> path) {
+  const std::size_t count = path.size();
+  for (std::size_t i = count; i-- > 0;) path.push_back(path[i]);
+  return path;
+}
+
+CollisionFigures measure_collision(const CollisionSubject& subject, const std::vector<ContactFrame>& path,
+                                   std::size_t plane_count, int rounds) {
+  CollisionFigures figures;
+  for (const ContactFrame& frame : path) count_frame(subject, frame, figures);
+  const auto frames = static_cast<double>(path.size());
+  for (double* mean : {&figures.mean_triangles, &figures.mean_original, &figures.mean_splits, &figures.mean_contacts,
+                       &figures.mean_tested, &figures.mean_full_contacts}) {
+    *mean /= frames;
+  }
+  PlaneContacts found;
+  Rounds restored, moving, restored_flat, full, full_tree;
+  // Of a large full mesh a few frames tell as much as all do.
+  const std::size_t full_frames =
+      std::min<std::size_t>(path.size(), subject.full.triangles.size() > 50'000 ? 20 : 2000);
+  const auto planes = [&](std::size_t f) { return std::span(path[f].planes).first(plane_count); };
+  for (int round = 0; round < rounds; ++round) {
+    restored.run(path.size(), [&](std::size_t f) {
+      subject.local->move(path[f].focus);
+      collide(subject.local->surface(), planes(f), found);
+    });
+    moving.run(path.size(), [&](std::size_t f) { subject.local->move(path[f].focus); });
+    restored_flat.run(path.size(), [&](std::size_t f) {
+      subject.local->move(path[f].focus);
+      collide_flat(subject.local->surface(), planes(f), found);
+    });
+    full.run(full_frames, [&](std::size_t f) { collide(subject.flat, planes(f), found); });
+    full_tree.run(path.size(), [&](std::size_t f) { collide(subject.refined->surface(), planes(f), found); });
+  }
+  figures.us_restored = restored.us();
+  figures.us_move = moving.us();
+  figures.us_restored_flat = restored_flat.us();
+  figures.us_full = full.us();
+  figures.us_full_tree = full_tree.us();
+  return figures;
+}
+
+// --- Drawing ---
+
+double process_cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+struct DrawingFigures {
+  double ms_restored = 0.0, ms_full = 0.0;            // drawing
+  double ms_both_restored = 0.0, ms_both_full = 0.0;  // and colliding
+};
+
+Result<DrawingFigures> measure_drawing(const CollisionSubject& subject, const std::vector<ContactFrame>& path,
+                                       int rounds) {
+  Result<OffscreenRenderer> renderer = OffscreenRenderer::create(640, 480);
+  if (!renderer) return tl::unexpected(renderer.error());
+  const Camera camera = fit(subject.full.positions);
+  const Result<FanMesh> full = make_fan_mesh(subject.full, CoverMethod::greedy);
+  if (!full) return tl::unexpected(full.error());
+  PlaneContacts found;
+  const auto draw = [&](const ContactFrame& frame, bool restored, bool colliding) -> Result<double> {
+    const double start = process_cpu_seconds();
+    FanMesh fans;
+    if (restored) {
+      subject.local->move(frame.focus);
+      Result<FanMesh> made = make_fan_mesh(subject.local->surface().triangle_mesh(), CoverMethod::greedy);
+      if (!made) return tl::unexpected(made.error());
+      fans = std::move(*made);
+    }
+    if (Result<Image> image = renderer->render(restored ? fans : *full, camera); !image) {
+      return tl::unexpected(image.error());
+    }
+    if (colliding) {
+      if (restored) {
+        collide(subject.local->surface(), frame.planes, found);
+      } else {
+        collide(subject.flat, frame.planes, found);
+      }
+    }
+    return 1e3 * (process_cpu_seconds() - start);
+  };
+  std::array<std::vector<double>, 4> times;
+  for (int round = 0; round < rounds; ++round) {
+    const ContactFrame& frame = path[static_cast<std::size_t>(round) * path.size() / static_cast<std::size_t>(rounds)];
+    for (std::size_t way = 0; way < times.size(); ++way) {
+      const Result<double> ms = draw(frame, way % 2 == 0, way >= 2);
+      if (!ms) return tl::unexpected(ms.error());
+      times[way].push_back(*ms);
+    }
+  }
+  const auto median = [](std::vector<double>& values) {
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+    return values[values.size() / 2];
+  };
+  return DrawingFigures{median(times[0]), median(times[1]), median(times[2]), median(times[3])};
+}
+
+Section speed_section(const CollisionFigures& room, const CollisionFigures& one, const DrawingFigures& d) {
+  Table table({{"what", "", 0},
+               {"source_simplified_fps", "source: restored, fps", 2},
+               {"source_full_fps", "source: full, fps", 2},
+               {"source_ratio", "ratio", 2},
+               {"restored_fps", "ours: restored, fps", 0},
+               {"full_fps", "ours: full, fps", 0},
+               {"ratio", "ratio", 2}});
+  const auto row = [&](const std::string& what, double source, double source_full, double us, double us_full) {
+    table.add_row({what, source, source_full, source / source_full, 1e6 / us, 1e6 / us_full, us_full / us});
+  };
+  const auto more = [&](const std::string& what, double us, double us_full) {
+    table.add_row({what, {}, {}, {}, 1e6 / us, 1e6 / us_full, us_full / us});
+  };
+  row("drawing", 57.92, 52.90, 1e3 * d.ms_restored, 1e3 * d.ms_full);
+  row("colliding", 56.30, 30.21, room.us_restored, room.us_full);
+  row("both", 49.63, 14.63, 1e3 * d.ms_both_restored, 1e3 * d.ms_both_full);
+  more("colliding, every restored triangle tested", room.us_restored_flat, room.us_full);
+  more("colliding, the full mesh under the tree too", room.us_restored, room.us_full_tree);
+  more("colliding, the focus stands still", room.us_restored - room.us_move, room.us_full);
+  more("colliding with one plane only", one.us_restored, one.us_full);
+  more("one plane, the focus stands still", one.us_restored - one.us_move, one.us_full);
+  return {
+      "local_restoration_speed",
+      fmt::format(
+          "Local restoration: armadillo_86k reduced to {} triangles, in a room of six planes of which one touches it "
+          "where the focus is; that goes along the model by a twentieth of its radius a frame. {:.0f} triangles on "
+          "average (source: 445), {:.0f} of them original, {:.1f} splits a frame. Colliding: CPU time of one thread, "
+          "moving the focus included; full: the signed distances of every polygon to every plane. Drawing: 640 x "
+          "480 by OSMesa, CPU time of all its threads, fans made anew each frame",
+          kModelTriangles, room.mean_triangles, room.mean_original, room.mean_splits),
+      std::move(table)};
+}
+
+// --- Growth ---
+
+struct GrowthRow {
+  double triangles = 0.0;
+  bool fixed_radius = false;
+  double radius = 0.0;  // of the diagonal
+  CollisionFigures figures;
+};
+
+Section growth_section(const std::vector<GrowthRow>& rows) {
+  Table table({{"focus", "", 0},
+               {"triangles", "model, triangles", 0},
+               {"radius_of_diagonal", "radius / diagonal", 4},
+               {"mesh_triangles", "mesh, triangles", 0},
+               {"original", "original", 0},
+               {"splits", "splits a frame", 1},
+               {"contacts", "contacts", 1},
+               {"tested", "tested", 0},
+               {"move_us", "move, us", 2},
+               {"collide_us", "collide, us", 2},
+               {"frame_us", "both, us", 2},
+               {"full_tree_us", "full mesh, tree, us", 2},
+               {"full_us", "full mesh, us", 1},
+               {"ratio", "full / restored", 1}});
+  for (const GrowthRow& r : rows) {
+    const CollisionFigures& f = r.figures;
+    table.add_row({std::string(r.fixed_radius ? "same radius" : "same triangles"), whole(std::llround(r.triangles)),
+                   r.radius, f.mean_triangles, f.mean_original, f.mean_splits, f.mean_contacts, f.mean_tested,
+                   f.us_move, f.us_restored - f.us_move, f.us_restored, f.us_full_tree, f.us_full,
+                   f.us_full / f.us_restored});
+  }
+  return {"local_restoration_growth",
+          "Local restoration: time of a frame (the focus moves by a twentieth of its radius; six planes, one of which "
+          "touches) as the "
+          "model grows; dragon_stanford_full reduced. Same triangles: the radius shrinks as the triangles do, so that "
+          "as many are in focus; same radius: the focus holds as many more as the model has",
+          std::move(table)};
+}
+
+// time = a + b ln(triangles), by least squares.
+struct LogFit {
+  double a = 0.0, b = 0.0;
+  double r_squared = 0.0;
+  double at(double triangles) const { return a + b * std::log(triangles); }
+};
+LogFit fit_log(const std::vector<glm::dvec2>& points) {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  for (const glm::dvec2& p : points) {
+    const double l = std::log(p.x);
+    n += 1;
+    x += l;
+    y += p.y;
+    xx += l * l;
+    xy += l * p.y;
+    yy += p.y * p.y;
+  }
+  LogFit fitted;
+  fitted.b = (n * xy - x * y) / (n * xx - x * x);
+  fitted.a = (y - fitted.b * x) / n;
+  const double total = yy - y * y / n;
+  double left = 0.0;
+  for (const glm::dvec2& p : points) left += std::pow(p.y - fitted.at(p.x), 2);
+  fitted.r_squared = total > 0.0 ? 1.0 - left / total : 1.0;
+  return fitted;
+}
+
+// The power p of time ~ triangles^p between the first and the last.
+double power(const std::vector<glm::dvec2>& points) {
+  return std::log(points.back().y / points.front().y) / std::log(points.back().x / points.front().x);
+}
+
+std::vector<glm::dvec2> curve(const std::vector<GrowthRow>& rows, bool fixed_radius, double CollisionFigures::*value) {
+  std::vector<glm::dvec2> points;
+  for (const GrowthRow& r : rows) {
+    if (r.fixed_radius == fixed_radius) points.emplace_back(r.triangles, r.figures.*value);
+  }
+  return points;
+}
+
+Section limits_section(const CollisionFigures& small, const std::vector<GrowthRow>& rows) {
+  Limits limits;
+  limits.at_least("colliding, full over restored", "4,512 triangles, six planes", small.us_full / small.us_restored,
+                  3.0);
+  const std::vector<glm::dvec2> points = curve(rows, false, &CollisionFigures::us_restored);
+  const std::string range = fmt::format("{:.0f} K to {:.0f} K", points.front().x / 1e3, points.back().x / 1e3);
+  // Faster than the logarithm would be above the line through the smaller sizes; a tenth is noise.
+  const LogFit of_smaller = fit_log({points.begin(), points.end() - 1});
+  limits.at_most("time at the largest size over a + b ln(triangles), fitted to the smaller ones", range,
+                 points.back().y / of_smaller.at(points.back().x), 1.1);
+  const LogFit fitted = fit_log(points);
+  limits.measured("us more each time the model doubles (fit to the logarithm)", range, fitted.b * std::log(2.0));
+  limits.measured("R squared of that fit", range, fitted.r_squared);
+  limits.measured("power of the triangles: restored", range, power(points));
+  limits.measured("power of the triangles: restored, same radius", range,
+                  power(curve(rows, true, &CollisionFigures::us_restored)));
+  limits.measured("power of the triangles: full mesh under the tree", range,
+                  power(curve(rows, false, &CollisionFigures::us_full_tree)));
+  limits.measured("power of the triangles: full mesh", range, power(curve(rows, false, &CollisionFigures::us_full)));
+  return {"local_restoration_limits", "Local restoration: figures to reach", limits.take()};
+}
+
+Result<void> draw_plots(const std::vector<GrowthRow>& rows, const std::filesystem::path& folder) {
+  const std::vector<glm::dvec2> points = curve(rows, false, &CollisionFigures::us_restored);
+  const LogFit fitted = fit_log(points);
+  PlotSeries fit_line{"a + b ln(triangles)", {}, false, true};
+  for (double t = points.front().x; t <= points.back().x * 1.001; t *= 1.1)
+    fit_line.points.emplace_back(t, fitted.at(t));
+  PlotOptions options;
+  options.title = "A frame of local restoration and collision, as the model grows";
+  options.x = {"triangles of the model", true};
+  options.y = {"CPU time a frame, us"};
+  Result<Image> plot = draw_plot({{"focus and collision", points},
+                                  {"of that, collision",
+                                   [&] {
+                                     std::vector<glm::dvec2> less = points;
+                                     const auto moves = curve(rows, false, &CollisionFigures::us_move);
+                                     for (std::size_t i = 0; i < less.size(); ++i) less[i].y -= moves[i].y;
+                                     return less;
+                                   }()},
+                                  fit_line},
+                                 options);
+  if (!plot) return tl::unexpected(plot.error());
+  if (auto written = write_png(*plot, folder / "local_restoration_growth.png"); !written) return written;
+  options.title = "The same beside the full mesh";
+  options.y.logarithmic = true;
+  plot = draw_plot({{"full mesh, every triangle", curve(rows, false, &CollisionFigures::us_full)},
+                    {"full mesh under the tree", curve(rows, false, &CollisionFigures::us_full_tree)},
+                    {"restored, same radius", curve(rows, true, &CollisionFigures::us_restored)},
+                    {"restored, same triangles in focus", points}},
+                   options);
+  if (!plot) return tl::unexpected(plot.error());
+  return write_png(*plot, folder / "local_restoration_beside_full.png");
+}
+
+Result<std::vector<GrowthRow>> measure_growth(const PapersOptions& options) {
+  tell(options, "reducing the dragon");
+  const Result<TriangleMesh> dragon = cleaned_mesh(options.models / "dragon_stanford_full.ply");
+  if (!dragon) return tl::unexpected(dragon.error());
+  std::vector<std::uint32_t> sizes{5'000, 20'000, 80'000, 300'000, 1'000'000};
+  if (options.quick) sizes.resize(3);
+  Result<std::vector<TriangleMesh>> meshes = reduced_meshes(*dragon, sizes);
+  if (!meshes) return tl::unexpected(meshes.error());
+  std::vector<GrowthRow> rows;
+  double first_radius = 0.0;
+  for (TriangleMesh& mesh : *meshes) {
+    tell(options, fmt::format("dragon of {} triangles", mesh.triangles.size()));
+    Result<CollisionSubject> subject = make_subject(mesh);
+    if (!subject) return tl::unexpected(subject.error());
+    mesh = {};
+    const auto triangles = static_cast<double>(subject->full.triangles.size());
+    if (rows.empty()) first_radius = kRadius * subject->diagonal;
+    const double first_triangles = rows.empty() ? triangles : rows.front().triangles;
+    for (const bool fixed_radius : {false, true}) {
+      const double radius = fixed_radius ? first_radius : first_radius * std::sqrt(first_triangles / triangles);
+      Result<std::vector<ContactFrame>> path = contact_path(subject->full, radius, fixed_radius ? 200 : 1000);
+      if (!path) return tl::unexpected(path.error());
+      const CollisionFigures figures =
+          measure_collision(*subject, there_and_back(std::move(*path)), 6, options.quick ? 2 : 5);
+      rows.push_back({triangles, fixed_radius, radius / subject->diagonal, figures});
+    }
+  }
+  return rows;
+}
+
+// --- The picture ---
+
+// Every triangle a fan of its own, to be drawn flat.
+FanMesh single_fans(const TriangleMesh& mesh, const std::vector<bool>& left_out) {
+  FanMesh fans;
+  for (const glm::dvec3& p : mesh.positions) fans.vertices.push_back({glm::vec3(p), glm::vec3(0.0F)});
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (left_out[t]) continue;
+    fans.fans.push_back({mesh.triangles[t][0], static_cast<std::uint32_t>(fans.rings.size()), 2, false});
+    fans.rings.push_back(mesh.triangles[t][1]);
+    fans.rings.push_back(mesh.triangles[t][2]);
+  }
+  return fans;
+}
+
+// What is original in blue: where the picture changes if it is left out.
+Result<Image> draw_restored(OffscreenRenderer& renderer, const LiveSurface& surface, const Camera& camera) {
+  std::vector<bool> original;
+  const TriangleMesh mesh = surface.triangle_mesh(&original);
+  RenderOptions look;
+  look.shading = Shading::flat;
+  const FanMesh all = single_fans(mesh, std::vector<bool>(original.size(), false));
+  Result<Image> image = renderer.render(all, camera, look);
+  const Result<Image> without = renderer.render(single_fans(mesh, original), camera, look);
+  look.color = {0.42F, 0.60F, 0.85F};
+  const Result<Image> blue = renderer.render(all, camera, look);
+  if (!image || !without || !blue) return tl::unexpected((!image ? image : !without ? without : blue).error());
+  for (std::size_t i = 0; i + 4 <= image->rgba.size(); i += 4) {
+    const auto at = static_cast<std::ptrdiff_t>(i);
+    if (std::equal(image->rgba.begin() + at, image->rgba.begin() + at + 4, without->rgba.begin() + at)) continue;
+    std::copy_n(blue->rgba.begin() + at, 4, image->rgba.begin() + at);
+  }
+  return image;
+}
+
+Result<void> draw_picture(const CollisionSubject& subject, const std::filesystem::path& file) {
+  Result<OffscreenRenderer> renderer = OffscreenRenderer::create(640, 720);
+  if (!renderer) return tl::unexpected(renderer.error());
+  FitOptions whole;
+  whole.aspect = 640.0 / 720.0;
+  const Camera camera = fit(subject.full.positions, whole);
+  const Result<std::vector<ContactFrame>> path = contact_path(subject.full, 0.05 * subject.diagonal, 5000);
+  if (!path) return tl::unexpected(path.error());
+  std::vector<ContactSheetEntry> entries;
+  const auto add = [&](const LiveSurface& surface, const std::string& caption) -> Result<void> {
+    Result<Image> image = draw_restored(*renderer, surface, camera);
+    if (!image) return tl::unexpected(image.error());
+    entries.push_back({std::move(*image), {caption, fmt::format("{} triangles", surface.triangle_count())}});
+    return {};
+  };
+  if (auto added = add(subject.refined->surface(), "The model, all of it original"); !added) return added;
+  // Two places of contact that the camera sees.
+  std::vector<const ContactFrame*> seen;
+  for (const ContactFrame& f : *path) {
+    if (glm::dot(f.planes[0].normal, glm::normalize(camera.eye - f.focus.sphere->centre)) < -0.6) seen.push_back(&f);
+  }
+  if (seen.empty()) seen.push_back(&path->front());
+  for (const ContactFrame* f : {seen[seen.size() / 8], seen[7 * seen.size() / 8]}) {
+    subject.local->move(f->focus);
+    if (auto added = add(subject.local->surface(), "Restored within 5 % of the diagonal"); !added) return added;
+  }
+  ContactSheetOptions sheet;
+  sheet.title =
+      "Local restoration: original (blue) in the focus and where that needs it, simplified elsewhere, one mesh";
+  sheet.columns = 3;
+  const Result<Image> picture = make_contact_sheet(entries, sheet);
+  if (!picture) return tl::unexpected(picture.error());
+  return write_png(*picture, file);
+}
+
+}  // namespace
+
+Result<std::vector<Section>> measure_local_restoration(const PapersOptions& options) {
+  tell(options, "reducing the armadillo");
+  const Result<TriangleMesh> armadillo = cleaned_mesh(options.models / "armadillo_86k.ply");
+  if (!armadillo) return tl::unexpected(armadillo.error());
+  const Result<std::vector<TriangleMesh>> reduced = reduced_meshes(*armadillo, {kModelTriangles});
+  if (!reduced) return tl::unexpected(with_context(reduced.error(), "armadillo_86k.ply"));
+  const Result<CollisionSubject> subject = make_subject(reduced->front());
+  if (!subject) return tl::unexpected(subject.error());
+  tell(options, "colliding and drawing");
+  const double radius = kRadius * subject->diagonal;
+  Result<std::vector<ContactFrame>> path = contact_path(subject->full, radius, 5000);
+  if (!path) return tl::unexpected(path.error());
+  const std::vector<ContactFrame> tour = there_and_back(*path);
+  const CollisionFigures room = measure_collision(*subject, tour, 6, options.quick ? 3 : 15);
+  const CollisionFigures one = measure_collision(*subject, tour, 1, options.quick ? 3 : 15);
+  const Result<DrawingFigures> drawing = measure_drawing(*subject, *path, options.quick ? 15 : 60);
+  if (!drawing) return tl::unexpected(drawing.error());
+  if (auto drawn = draw_picture(*subject, options.pictures / "local_restoration.png"); !drawn) {
+    return tl::unexpected(drawn.error());
+  }
+  const Result<std::vector<GrowthRow>> growth = measure_growth(options);
+  if (!growth) return tl::unexpected(growth.error());
+  if (auto drawn = draw_plots(*growth, options.pictures); !drawn) return tl::unexpected(drawn.error());
+  std::vector<Section> sections;
+  sections.push_back(speed_section(room, one, *drawing));
+  sections.push_back(growth_section(*growth));
+  sections.push_back(limits_section(room, *growth));
+  return sections;
+}
+
+}  // namespace fanstream::bench
