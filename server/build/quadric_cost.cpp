@@ -2,7 +2,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numeric>
 #include <optional>
+#include <type_traits>
 
 #include "server/build/merge_cost.h"
 #include "server/build/prefetch.h"
@@ -32,50 +34,64 @@ constexpr double kFarthest = 1.0;
 constexpr double kBend = 1.0 / 128.0;
 constexpr double kMostBend = 1.0 / 8.0;
 
-// The faces' planes alone, once more: what shifting them all by the same distance needs to know.
-struct PlaneSums {
-  glm::dvec3 normal{0.0};  // weighted
-  double offset = 0.0;     // likewise
+// What a vertex stands for.
+struct Planes {
+  Quadric quadric;
+  void add_face(const glm::dvec3& n, double offset, double weight) { quadric.add_plane(n, offset, weight); }
+  void add(const Planes& other) { quadric.add(other.quadric); }
+  void clear() { quadric = {}; }
+};
+
+// The same where curvature shifts the faces' planes: what shifting all of them by one distance needs to know.
+struct alignas(64) CurvedPlanes {
+  Quadric quadric;
+  glm::dvec3 normal{0.0};  // weighted sums over the faces' planes
+  double offset = 0.0;
   double weight = 0.0;
   double curvature = 0.0;  // at the vertex, as the original had it
 
-  void add_plane(const glm::dvec3& n, double plane_offset, double w) {
+  void add_face(const glm::dvec3& n, double plane_offset, double w) {
+    quadric.add_plane(n, plane_offset, w);
     normal += w * n;
     offset += w * plane_offset;
     weight += w;
   }
-  void add(const PlaneSums& other) {
+  void add(const CurvedPlanes& other) {
+    quadric.add(other.quadric);
     normal += other.normal;
     offset += other.offset;
     weight += other.weight;
   }
+  void clear() { *this = {{}, glm::dvec3(0.0), 0.0, 0.0, curvature}; }
 };
+static_assert(sizeof(CurvedPlanes) == 128);
 
+template <class VertexPlanes>
 class QuadricCost final : public MergeCost {
  public:
   QuadricCost(const MeshView& view, const CostOptions& options, double evenness)
       : view_(view),
-        quadrics_(view.places.size()),
+        planes_(view.places.size()),
         placement_(options.placement),
         memoryless_(options.quadrics.value_or(CostOptions::kUsualQuadrics) == Quadrics::memoryless),
         evenness_(evenness) {
     const Bounds box = bounds_of(view.places);
     origin_ = 0.5 * (box.low + box.high);
-    if (options.cost == CostKind::curvature) {
-      curvature_ = options.curvature.value_or(Curvature::mean);
-      add_curvature();
-    }
+    if constexpr (kCurved) add_curvature(options.curvature.value_or(Curvature::mean));
     for (const Triangle& t : view.original.triangles) add_face(t);
     add_boundary();
+    if (!memoryless_) return;
+    alive_.resize(planes_.size());
+    std::iota(alive_.begin(), alive_.end(), VertexId{0});
   }
 
   MergeProposal propose(VertexId root, VertexId removed) const override {
-    Quadric sum = quadrics_[root];
-    sum.add(quadrics_[removed]);
+    Quadric sum = planes_[root].quadric;
+    sum.add(planes_[removed].quadric);
     const glm::dvec3 a = view_.places[root] - origin_;
     const glm::dvec3 b = view_.places[removed] - origin_;
     const double area = sum.trace();
-    if (!sums_.empty()) bend(sum, root, removed, glm::dot(b - a, b - a));
+    if constexpr (kCurved) bend(sum, planes_[root], planes_[removed], glm::dot(b - a, b - a));
     MergeProposal best{std::fabs(sum.at(a)), ParentPosition::kept};
     const double at_removed = std::fabs(sum.at(b));
     if (at_removed < best.cost) best = {at_removed, ParentPosition::added};
@@ -93,33 +109,32 @@ class QuadricCost final : public MergeCost {
   void fetch(std::span<const VertexId> vertices) const override {
     for (const VertexId v : vertices) {
       if (v == kOutside) continue;
-      prefetch(&quadrics_[v].xx);
-      prefetch(&quadrics_[v].c);
-      if (!sums_.empty()) prefetch(&sums_[v]);
+      prefetch(&planes_[v].quadric.xx);
+      prefetch(&planes_[v].quadric.c);
     }
   }
 
-  void merged(VertexId root, VertexId removed, ParentPosition parent) override {
-    quadrics_[root].add(quadrics_[removed]);
-    if (sums_.empty()) return;
-    PlaneSums& sums = sums_[root];
-    const PlaneSums& other = sums_[removed];
-    sums.add(other);
-    if (parent == ParentPosition::added) sums.curvature = other.curvature;
-    if (parent == ParentPosition::middle || parent == ParentPosition::free) {
-      sums.curvature = 0.5 * (sums.curvature + other.curvature);
+  void merged(VertexId root, VertexId removed, [[maybe_unused]] ParentPosition parent) override {
+    planes_[root].add(planes_[removed]);
+    if constexpr (kCurved) {
+      double& curvature = planes_[root].curvature;
+      const double other = planes_[removed].curvature;
+      if (parent == ParentPosition::added) curvature = other;
+      if (parent == ParentPosition::middle || parent == ParentPosition::free) curvature = 0.5 * (curvature + other);
     }
   }
 
   bool begin_generation() override {
     if (!memoryless_) return false;
-    for (Quadric& q : quadrics_) q = {};
-    for (PlaneSums& s : sums_) s = {.curvature = s.curvature};
-    for (VertexId v = 0; v < quadrics_.size(); ++v) add_present_faces(v);
+    std::erase_if(alive_, [&](VertexId v) { return !view_.rings.contains(v); });
+    for (const VertexId v : alive_) planes_[v].clear();
+    for (const VertexId v : alive_) add_present_faces(v);
     return true;
   }
 
  private:
+  static constexpr bool kCurved = std::is_same_v<VertexPlanes, CurvedPlanes>;
+
   // Squares of the largest coordinates overflow: then all merges cost the same.
   static double finite(double cost) {
     constexpr double kMost = std::numeric_limits<double>::max();
@@ -151,13 +166,11 @@ class QuadricCost final : public MergeCost {
   }
 
   // Shifts the faces' planes by what the ends' curvature amounts to over the edge.
-  void bend(Quadric& sum, VertexId root, VertexId removed, double edge2) const {
-    const PlaneSums& a = sums_[root];
-    const PlaneSums& b = sums_[removed];
-    const double edge = std::sqrt(edge2);
-    const double most = kMostBend * edge;
-    const double unit = curvature_ == Curvature::gaussian ? edge2 * edge : edge2;
-    const double h = std::clamp(kBend * unit * (a.curvature + b.curvature), -most, most);
+  void bend(Quadric& sum, const VertexPlanes& a, const VertexPlanes& b, double edge2) const {
+    double turn = kBend * (a.curvature + b.curvature);  // shift over squared edge
+    if (curvature_ == Curvature::gaussian) turn *= std::sqrt(edge2);
+    const bool is_sharp = turn * turn * edge2 > kMostBend * kMostBend;
+    const double h = is_sharp ? std::copysign(kMostBend * std::sqrt(edge2), turn) : turn * edge2;
     const glm::dvec3 n = a.normal + b.normal;
     sum.bx += h * n.x;
     sum.by += h * n.y;
@@ -165,10 +178,10 @@ class QuadricCost final : public MergeCost {
     sum.c += h * (2.0 * (a.offset + b.offset) + (a.weight + b.weight) * h);
   }
 
-  void add_curvature() {
-    sums_.resize(quadrics_.size());
-    const std::vector<double> curvature = vertex_curvature(view_.original, view_.rings, *curvature_);
-    for (VertexId v = 0; v < sums_.size(); ++v) sums_[v].curvature = curvature[v];
+  void add_curvature(Curvature which) {
+    curvature_ = which;
+    const std::vector<double> curvature = vertex_curvature(view_.original, view_.rings, which);
+    for (VertexId v = 0; v < planes_.size(); ++v) planes_[v].curvature = curvature[v];
   }
 
   void add_face(const Triangle& t) {
@@ -178,11 +191,9 @@ class QuadricCost final : public MergeCost {
     if (length == 0.0) return;
     const glm::dvec3 n = normal / length;
     const double offset = -glm::dot(n, p - origin_);
-    Quadric q;
-    q.add_plane(n, offset, 0.5 * length);
-    for (const VertexId v : t) quadrics_[v].add(q);
-    if (sums_.empty()) return;
-    for (const VertexId v : t) sums_[v].add_plane(n, offset, 0.5 * length);
+    VertexPlanes face;
+    face.add_face(n, offset, 0.5 * length);
+    for (const VertexId v : t) planes_[v].add(face);
   }
 
   void add_boundary() {
@@ -205,8 +216,8 @@ class QuadricCost final : public MergeCost {
     const glm::dvec3 n = upright / length;
     Quadric q;
     q.add_plane(n, -glm::dot(n, places[a] - origin_), kBoundaryWeight * glm::dot(along, along));
-    quadrics_[a].add(q);
-    quadrics_[b].add(q);
+    planes_[a].quadric.add(q);
+    planes_[b].quadric.add(q);
   }
 
   // Those of which v is the smallest corner, and the boundary edge from it.
@@ -225,9 +236,9 @@ class QuadricCost final : public MergeCost {
   }
 
   MeshView view_;
-  std::vector<Quadric> quadrics_;
-  std::vector<PlaneSums> sums_;  // of the curvature cost, else empty
-  std::optional<Curvature> curvature_;
+  std::vector<VertexPlanes> planes_;
+  std::vector<VertexId> alive_;  // of the memoryless: what may still be in the mesh, ascending
+  Curvature curvature_ = Curvature::mean;
   glm::dvec3 origin_{0.0};
   Placement placement_;
   bool memoryless_;
@@ -237,7 +248,10 @@ class QuadricCost final : public MergeCost {
 }  // namespace
 
 std::unique_ptr<MergeCost> make_quadric_cost(const MeshView& view, const CostOptions& options, double evenness) {
-  return std::make_unique<QuadricCost>(view, options, evenness);
+  if (options.cost == CostKind::curvature) {
+    return std::make_unique<QuadricCost<CurvedPlanes>>(view, options, evenness);
+  }
+  return std::make_unique<QuadricCost<Planes>>(view, options, evenness);
 }
 
 }  // namespace fanstream
