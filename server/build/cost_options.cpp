@@ -19,7 +19,8 @@ Result<Kind> find(std::string_view what, std::string_view name, const std::array
     if (names[i] == name) return static_cast<Kind>(i);
     known += std::string(i == 0 ? "" : i + 1 == count ? " and " : ", ") + std::string(names[i]);
   }
-  return fail(ErrorKind::usage, "no " + std::string(what) + " is called '" + std::string(name) + "'; there are " + known);
+  return fail(ErrorKind::usage,
+              "no " + std::string(what) + " is called '" + std::string(name) + "'; there are " + known);
 }
 
 std::string of_cost(CostKind cost) { return "cost " + std::string(name_of(cost)); }

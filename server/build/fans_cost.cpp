@@ -10,8 +10,8 @@
 namespace fanstream {
 namespace {
 
-// What the energy grows by: E_dist + E_spring of Suzuki, Okamoto, Kanai, after Hoppe, DeRose, Duchamp, McDonald, Stuetzle,
-// "Mesh optimization", 1993.
+// What the energy grows by: E_dist + E_spring of Suzuki, Okamoto, Kanai, after Hoppe, DeRose, Duchamp, McDonald,
+// Stuetzle, "Mesh optimization", 1993.
 class FansCost final : public MergeCost {
  public:
   FansCost(const MeshView& view, const CostOptions& options)
@@ -82,7 +82,8 @@ class FansCost final : public MergeCost {
         if (w == kOutside || (end == removed && w == root)) continue;
         springs_before_ += kappa_ * squared(view_.places[w] - view_.places[end]);
         if (w == removed) continue;
-        if (end == root || view_.rings.position_in_ring(root, w) == view_.rings.ring_size(root)) neighbours_.push_back(w);
+        if (end == root || view_.rings.position_in_ring(root, w) == view_.rings.ring_size(root))
+          neighbours_.push_back(w);
       }
     }
   }

@@ -17,7 +17,8 @@ struct MergeProposal {
   glm::dvec3 place{0.0};  // of a free parent
 };
 
-// The mesh while it is simplified, and what it was. Measures keep it; it stays where it is and changes with every merge.
+// The mesh while it is simplified, and what it was. Measures keep it; it stays where it is and changes with every
+// merge.
 struct MeshView {
   const TriangleMesh& original;
   const RingMesh& rings;

@@ -1,4 +1,5 @@
-// Points of the original surface, each kept with the face of the simplified mesh that is nearest to it (Hoppe et al. 1993).
+// Points of the original surface, each kept with the face of the simplified mesh that is nearest to it (Hoppe et al.
+// 1993).
 #pragma once
 
 #include <cstdint>
@@ -9,10 +10,10 @@
 
 namespace fanstream {
 
-// The original's vertices and `samples` more points, uniform by area (the same seed gives the same points on every machine;
-// a surface without area has none). At first each is on a face of its own. A merge hands the points of the faces it changes
-// to those that remain of them, each to the nearest: a point's distance is that from the faces around, an upper bound of its
-// distance from the whole mesh. Not thread safe.
+// The original's vertices and `samples` more points, uniform by area (the same seed gives the same points on every
+// machine; a surface without area has none). At first each is on a face of its own. A merge hands the points of the
+// faces it changes to those that remain of them, each to the nearest: a point's distance is that from the faces around,
+// an upper bound of its distance from the whole mesh. Not thread safe.
 class PointAssignment {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;

@@ -45,8 +45,8 @@ struct Quadric {
   }
 };
 
-// The k at which the form is least on the line a + k u, whether within [0, 1] or not. None where it is constant: u is zero,
-// or lies in all planes to rounding.
+// The k at which the form is least on the line a + k u, whether within [0, 1] or not. None where it is constant: u is
+// zero, or lies in all planes to rounding.
 inline std::optional<double> least_on_line(const Quadric& q, const glm::dvec3& a, const glm::dvec3& u) {
   constexpr double kFlat = 1e-10;
   const glm::dvec3 au = q.times(u);
@@ -55,9 +55,9 @@ inline std::optional<double> least_on_line(const Quadric& q, const glm::dvec3& a
   return -(glm::dot(a, au) + q.bx * u.x + q.by * u.y + q.bz * u.z) / bend;
 }
 
-// Where the form is least. Planes that nearly agree leave that open along them, so the form is made a little steeper around
-// `near`, by a thousandth of the planes' weight. None where the planes are of one direction, or of two, to rounding: where
-// A is singular.
+// Where the form is least. Planes that nearly agree leave that open along them, so the form is made a little steeper
+// around `near`, by a thousandth of the planes' weight. None where the planes are of one direction, or of two, to
+// rounding: where A is singular.
 std::optional<glm::dvec3> least_anywhere(const Quadric& q, const glm::dvec3& near);
 
 }  // namespace fanstream

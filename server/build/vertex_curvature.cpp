@@ -29,9 +29,7 @@ class Sums {
     for (VertexId v = 0; v < areas_.size(); ++v) add_edges(v);
   }
 
-  double mean(VertexId v) const {
-    return areas_[v] > 0.0 ? finite(0.5 * bends_[v] / (areas_[v] / 3.0)) : 0.0;
-  }
+  double mean(VertexId v) const { return areas_[v] > 0.0 ? finite(0.5 * bends_[v] / (areas_[v] / 3.0)) : 0.0; }
   double gaussian(VertexId v) const {
     if (!(areas_[v] > 0.0)) return 0.0;
     const double whole = (rings_.is_boundary(v) ? 1.0 : 2.0) * std::numbers::pi;

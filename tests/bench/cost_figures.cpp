@@ -92,7 +92,8 @@ class CostMeasurement {
     for (const double share : ascending) {
       constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
       CostLevel level{share, kNone, kNone};
-      const auto vertices = static_cast<std::uint32_t>(std::lround(share * static_cast<double>(mesh_.positions.size())));
+      const auto vertices =
+          static_cast<std::uint32_t>(std::lround(share * static_cast<double>(mesh_.positions.size())));
       if (vertices >= replay.vertex_count()) {
         replay.refine_to(vertices);
         const Result<MeshDistance> distance = distance_to(replay.mesh());
@@ -149,7 +150,8 @@ Table table_for(const CostTableOptions& options, int decimals) {
   }
   for (const char* what : {"rms", "max"}) {
     for (const double share : options.level_shares) {
-      columns.push_back({fmt::format("{}_{:g}", what, share), fmt::format("{} {}", what, short_percent(share)), decimals});
+      columns.push_back(
+          {fmt::format("{}_{:g}", what, share), fmt::format("{} {}", what, short_percent(share)), decimals});
     }
   }
   columns.push_back({"build_cpu_s", "build s", decimals});
@@ -232,8 +234,9 @@ std::vector<Section> cost_sections(const std::vector<CostFigures>& figures, cons
       table.add_row(row_of(text_of(by_model[model][i]->cost), numbers));
     }
     sections.push_back({"costs_" + model,
-                        model + ": bytes of the asset and up to an RMS error (of the diagonal); errors of levels at shares "
-                                "of the vertices, both ways, in 1e-4 of the diagonal",
+                        model +
+                            ": bytes of the asset and up to an RMS error (of the diagonal); errors of levels at shares "
+                            "of the vertices, both ways, in 1e-4 of the diagonal",
                         std::move(table)});
   }
   if (models.size() < 2) return sections;

@@ -40,7 +40,8 @@ struct CostFigures {
   std::vector<std::optional<double>> bytes_at_rms;  // layer by layer, interpolated between their ends
 };
 
-// Imports and cleans once, then builds by each cost and measures. Fails where a rebuilt model is not the quantised input.
+// Imports and cleans once, then builds by each cost and measures. Fails where a rebuilt model is not the quantised
+// input.
 Result<std::vector<CostFigures>> measure_costs(const std::filesystem::path& path, const CostTableOptions& options);
 
 // One table a model, and the geometric means over the models against the first cost's.
