@@ -18,7 +18,7 @@ struct CostTableOptions {
   std::vector<CostOptions> costs;  // the first is what others are compared with
   std::vector<double> level_shares{0.5, 0.25, 0.1, 0.05};
   std::vector<double> rms{1e-3, 5e-4};  // of the diagonal, to which bytes are counted
-  std::size_t face_samples = 100'000;
+  std::size_t face_samples = 30'000;
   std::function<void(std::string_view stage)> progress;  // may be empty
 };
 

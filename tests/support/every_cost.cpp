@@ -25,10 +25,12 @@ std::vector<CostOptions> every_cost() {
 }
 
 std::string text_of(const CostOptions& options) {
-  std::string text = std::string(name_of(options.cost)) + " " + std::string(name_of(options.placement));
-  if (options.quadrics) text += " " + std::string(name_of(*options.quadrics));
-  if (options.curvature) text += " " + std::string(name_of(*options.curvature));
-  if (options.samples) text += " with samples";
+  std::string text(name_of(options.cost));
+  const auto add = [&text](std::string_view name) { text.append(1, ' ').append(name); };
+  add(name_of(options.placement));
+  if (options.quadrics) add(name_of(*options.quadrics));
+  if (options.curvature) add(name_of(*options.curvature));
+  if (options.samples) add("with samples");
   return text;
 }
 

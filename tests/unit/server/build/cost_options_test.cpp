@@ -47,7 +47,9 @@ TEST(CostOptions, WhatBelongsToAnotherCostIsRefused) {
     ASSERT_FALSE(checked) << why;
     EXPECT_EQ(checked.error().kind, ErrorKind::usage);
     EXPECT_NE(checked.error().message.find(why), std::string::npos) << checked.error().message;
-    EXPECT_FALSE(build_asset(testing::make_tetrahedron(), {.cost = options, .progress = {}}));
+    BuildOptions build;
+    build.cost = options;
+    EXPECT_FALSE(build_asset(testing::make_tetrahedron(), build));
   };
   refused({.cost = CostKind::fans, .quadrics = Quadrics::memoryless}, "no quadrics");
   refused({.cost = CostKind::fans, .curvature = Curvature::mean}, "does not look at curvature");
