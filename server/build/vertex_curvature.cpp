@@ -70,7 +70,7 @@ class Sums {
       const glm::dvec3 n1 = glm::cross(edge, mesh_.positions[after] - p);
       const double lengths2 = glm::dot(n0, n0) * glm::dot(n1, n1);
       if (!(lengths2 > 0.0)) continue;
-      // The normals turn about the edge: counter-clockwise where it is convex.
+      // The normals turn about the edge: clockwise where it is convex, `before` being the face to the right.
       const double length = glm::length(edge);
       const double scale = 1.0 / std::sqrt(lengths2);
       const double bend =

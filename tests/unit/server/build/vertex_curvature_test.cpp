@@ -23,16 +23,16 @@ double median(std::vector<double> values) {
 TEST(VertexCurvature, OnASphereItIsThatOfTheRadius) {
   for (const double radius : {0.5, 1.0, 4.0}) {
     const TriangleMesh mesh = testing::make_sphere(60, 90, radius);
-    EXPECT_NEAR(median(curvature_of(mesh, Curvature::mean)), 2.0 / radius, 0.04 / radius);
+    EXPECT_NEAR(median(curvature_of(mesh, Curvature::mean)), -2.0 / radius, 0.04 / radius);
     EXPECT_NEAR(median(curvature_of(mesh, Curvature::gaussian)), 1.0 / (radius * radius), 0.02 / (radius * radius));
     EXPECT_NEAR(median(curvature_of(mesh, Curvature::principal)), 4.0 / radius, 0.08 / radius);
   }
 }
 
-TEST(VertexCurvature, TheInsideOfASphereIsConcave) {
+TEST(VertexCurvature, TheInsideOfASphereHasTheOtherSign) {
   TriangleMesh mesh = testing::make_sphere(40, 40);
   for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
-  EXPECT_NEAR(median(curvature_of(mesh, Curvature::mean)), -2.0, 0.05);
+  EXPECT_NEAR(median(curvature_of(mesh, Curvature::mean)), 2.0, 0.05);
   EXPECT_NEAR(median(curvature_of(mesh, Curvature::gaussian)), 1.0, 0.02);
 }
 
@@ -65,7 +65,7 @@ TEST(VertexCurvature, AFlatSheetHasNoneButAtItsCorners) {
 TEST(VertexCurvature, ACylinderBendsOneWay) {
   const double radius = 2.0;
   const TriangleMesh mesh = testing::make_open_cylinder(80, 20, radius, 4.0);
-  EXPECT_NEAR(median(curvature_of(mesh, Curvature::mean)), 1.0 / radius, 0.01);
+  EXPECT_NEAR(median(curvature_of(mesh, Curvature::mean)), -1.0 / radius, 0.01);
   EXPECT_NEAR(median(curvature_of(mesh, Curvature::gaussian)), 0.0, 1e-9);
   EXPECT_NEAR(median(curvature_of(mesh, Curvature::principal)), 2.0 / radius, 0.02);
 }
@@ -78,7 +78,7 @@ TEST(VertexCurvature, SharpEdgesHaveTheirAngle) {
   const double area = 3.0 * std::sqrt(3.0) / 4.0 * edge * edge;
   const double angle = std::numbers::pi - std::acos(1.0 / 3.0);
   for (const double h : curvature_of(mesh, Curvature::mean)) {
-    EXPECT_NEAR(h, 0.5 * 3.0 * edge * angle / (area / 3.0), 1e-9);
+    EXPECT_NEAR(h, -0.5 * 3.0 * edge * angle / (area / 3.0), 1e-9);
   }
   for (const double k : curvature_of(mesh, Curvature::gaussian)) {
     EXPECT_NEAR(k, std::numbers::pi / (area / 3.0), 1e-9);
