@@ -27,18 +27,6 @@ int main(int argc, char** argv) {
                                         add_reduce_command(app),
                                         add_collide_command(app),
                                         add_subdivide_command(app)};
-                                        add_fetch_command(app),
-                                        add_render_command(app),
-                                        add_snapshots_command(app),
-                                        add_session_command(app, open_live_session),
-  const std::array<Command, 8> commands{add_list_command(app),
-                                        add_fetch_command(app),
-                                        add_render_command(app),
-                                        add_snapshots_command(app),
-                                        add_session_command(app, open_live_session),
-                                        add_reduce_command(app),
-                                        add_collide_command(app),
-                                        add_subdivide_command(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

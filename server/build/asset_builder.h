@@ -8,6 +8,7 @@
 #include "common/asset/asset_layout.h"
 #include "common/mesh/triangle_mesh.h"
 #include "common/support/result.h"
+#include "server/build/simplifier.h"
 #include "server/build/split_training.h"
 
 namespace fanstream {
@@ -22,6 +23,7 @@ struct BuildOptions {
   std::optional<double> segment_splits;
   std::optional<double> edges_per_vertex;
   std::optional<double> evenness;  // SimplifyOptions::evenness
+  CostOptions cost;                // what merges cost and where parents go
   // By triangle of the mesh, the source's face that it is part of (CleanedMesh::source_faces): where it says anything,
   // the asset gets a section that tells which edges lie inside polygons. Has to live as long as the building.
   std::span<const std::uint32_t> source_faces = {};
@@ -44,9 +46,12 @@ struct BuiltAsset {
 };
 
 // Precondition: `mesh` is an oriented manifold with at least one face (clean_mesh). Fails if it has more than kMostVertices
-// vertices or if a stage reports an error. Deterministic: the same mesh and options give the same bytes, however many
+// vertices, if check_cost_options does, or if a stage reports an error. Deterministic: the same mesh and options give the same bytes, however many
 // threads share the work. `progress` is called on the calling thread.
 Result<BuiltAsset> build_asset(const TriangleMesh& mesh, const BuildOptions& options);
+
+// How build_asset simplifies: what it is given, and its defaults for the rest.
+SimplifyOptions simplify_options_of(const TriangleMesh& mesh, const BuildOptions& options);
 
 // What a mesh's splits look like to the coder: the material that built-in statistics are made from.
 Result<SplitSample> sample_splits(const TriangleMesh& mesh, const BuildOptions& options);

@@ -10,6 +10,7 @@
 
 #include "common/import/mesh_cleaner.h"
 #include "common/import/mesh_import.h"
+#include "tests/bench/cost_figures.h"
 #include "tests/bench/load_measure.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/model_report.h"
@@ -143,6 +144,43 @@ struct ViewsCommand {
   }
 };
 
+struct CostsCommand {
+  std::vector<std::string> files, costs;
+  CostTableOptions options;
+  bool json = false, markdown = false;
+
+  void add_to(CLI::App& app) {
+    CLI::App* command = app.add_subcommand("costs", "Builds with every cost and placement: sizes and errors side by side");
+    command->add_option("files", files, "PLY, STL, OBJ, OFF, glTF or GLB files")->required();
+    command->add_option("--position-bits", options.position_bits, "Bits of the grid along the longest side")
+        ->capture_default_str()
+        ->check(CLI::Range(kLeastPositionBits, kMostPositionBits));
+    command->add_option("--costs", costs, "Only those costs (fans, quadric, curvature; all)")->delimiter(',');
+    CLI::Option* as_json = command->add_flag("--json", json, "Print JSON");
+    command->add_flag("--markdown", markdown, "Print Markdown tables")->excludes(as_json);
+    command->footer("Example:\n  fanstream-bench costs ../shared/data/cow_2904v.off --costs quadric,curvature");
+  }
+
+  int run() {
+    options.costs = all_costs();
+    std::set<CostKind> wanted;
+    for (const std::string& name : costs) {
+      const Result<CostKind> cost = cost_of_name(name);
+      if (!cost) return tell(cost.error());
+      wanted.insert(*cost);
+    }
+    if (!wanted.empty()) std::erase_if(options.costs, [&](const CostOptions& c) { return !wanted.contains(c.cost); });
+    const std::string machine = describe_machine();
+    std::vector<std::vector<CostFigures>> by_file;
+    const int code = measure_each<std::vector<CostFigures>>(files, options, measure_costs, by_file);
+    std::vector<CostFigures> figures;
+    for (auto& of_file : by_file) figures.insert(figures.end(), of_file.begin(), of_file.end());
+    fmt::print("{}", print_sections(cost_sections(figures, options), {machine, command_line},
+                                    report_format(json, markdown)));
+    return code;
+  }
+};
+
 struct TrainCommand {
   std::vector<std::string> files;
   std::vector<int> bits{11, 12, 14};
@@ -261,10 +299,12 @@ int main(int argc, char** argv) {
       "result that is not exact, 7 limit, 8 network.");
   ModelsCommand models;
   ViewsCommand views;
+  CostsCommand costs;
   TrainCommand train;
   LoadCommand load;
   models.add_to(app);
   views.add_to(app);
+  costs.add_to(app);
   train.add_to(app);
   load.add_to(app);
   try {
@@ -275,5 +315,6 @@ int main(int argc, char** argv) {
   }
   if (app.got_subcommand("models")) return models.run();
   if (app.got_subcommand("views")) return views.run();
+  if (app.got_subcommand("costs")) return costs.run();
   return app.got_subcommand("train") ? train.run() : load.run();
 }

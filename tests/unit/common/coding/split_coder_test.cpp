@@ -69,6 +69,7 @@ std::vector<CodedCase> random_cases(SeededRandom& random, const Surroundings& ar
     c.split.parent = static_cast<ParentPosition>(random.below(3));
     const auto coordinate = [&] { return random.between(-displacement, displacement); };
     c.split.displacement = {coordinate(), coordinate(), coordinate()};
+    c.split.shift = {coordinate(), coordinate(), coordinate()};
     around.choose_next_splits(c, random);
     cases.push_back(std::move(c));
   }
@@ -104,6 +105,9 @@ void expect_splits(std::span<const SplitInProgress> found, std::span<const Coded
     ASSERT_EQ(found[i].split.last, expected.last) << "split " << i;
     ASSERT_EQ(found[i].split.parent, expected.parent) << "split " << i;
     ASSERT_EQ(found[i].split.displacement, expected.displacement) << "split " << i;
+    if (expected.parent == ParentPosition::free) {
+      ASSERT_EQ(found[i].split.shift, expected.shift) << "split " << i;
+    }
     ASSERT_EQ(found[i].root_next, cases[i].root_next) << "split " << i;
     ASSERT_EQ(found[i].added_next, cases[i].added_next) << "split " << i;
   }
@@ -121,6 +125,23 @@ void expect_round_trip(const std::vector<CodedCase>& cases, const SplitModel& mo
   code_by_batches(decoder, model, unit, around, found, batch);
   expect_splits(found, cases);
   ASSERT_TRUE(decoder.finished_cleanly());
+}
+
+TEST(SplitCoder, FreeParentsComeBack) {
+  SplitStatistics statistics = SplitStatistics::built_in();
+  statistics.allow_free_parents();
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    for (std::int8_t& w : statistics.free_parent.weights) w = static_cast<std::int8_t>(random.between(-128, 127));
+    for (std::int8_t& s : statistics.free_parent.spreads) s = static_cast<std::int8_t>(random.between(-64, 127));
+    const Surroundings around(random);
+    std::vector<CodedCase> cases = random_cases(random, around, 60, random.one_in(2) ? 30 : 20'000, kMostShift);
+    for (CodedCase& c : cases) {
+      if (random.one_in(2)) c.split.parent = ParentPosition::free;
+    }
+    expect_round_trip(cases, SplitModel(statistics), {1.0F, random.one_in(2) ? 1.0F : 7.5F, 1.0F}, around);
+  }
 }
 
 TEST(SplitCoder, SplitsComeBack) {

@@ -29,6 +29,12 @@ void expect_equal(const SplitStatistics& a, const SplitStatistics& b) {
   }
   ASSERT_EQ(a.weights, b.weights);
   ASSERT_EQ(a.spreads, b.spreads);
+  ASSERT_EQ(a.has_free_parents, b.has_free_parents);
+  if (!a.has_free_parents) return;
+  for (std::size_t t = SymbolContexts::kParentFirst; t < a.symbols.size(); ++t) {
+    ASSERT_EQ(a.symbols[t][3], b.symbols[t][3]);
+  }
+  ASSERT_EQ(a.free_parent, b.free_parent);
 }
 
 SplitStatistics random_statistics(SeededRandom& random, std::uint32_t changed_one_in) {
@@ -44,6 +50,13 @@ SplitStatistics random_statistics(SeededRandom& random, std::uint32_t changed_on
   for (std::int8_t& spread : s.spreads) {
     if (random.one_in(changed_one_in)) spread = static_cast<std::int8_t>(random.between(-64, 127));
   }
+  if (random.one_in(2)) return s;
+  s.has_free_parents = true;
+  for (std::size_t t = SymbolContexts::kParentFirst; t < s.symbols.size(); ++t) {
+    s.symbols[t][3] = static_cast<std::uint8_t>(random.below(32));
+  }
+  for (std::int8_t& w : s.free_parent.weights) w = static_cast<std::int8_t>(random.between(-128, 127));
+  for (std::int8_t& spread : s.free_parent.spreads) spread = static_cast<std::int8_t>(random.between(-64, 127));
   return s;
 }
 

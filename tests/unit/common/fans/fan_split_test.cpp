@@ -7,7 +7,9 @@
 namespace fanstream {
 namespace {
 
-constexpr ParentPosition kAll[] = {ParentPosition::kept, ParentPosition::middle, ParentPosition::added};
+constexpr ParentPosition kAll[] = {ParentPosition::kept, ParentPosition::middle, ParentPosition::added,
+                                   ParentPosition::free};
+const GridPoint kShift(-4, 11, 3);
 
 TEST(FanSplit, PlacesAfterASplitAreThoseBeforeTheMerge) {
   for (const ParentPosition parent : kAll) {
@@ -16,8 +18,8 @@ TEST(FanSplit, PlacesAfterASplitAreThoseBeforeTheMerge) {
         for (int y = -5; y <= 5; ++y) {
           const GridPoint kept(7, -3, 2);
           const GridPoint added = kept + GridPoint(x, y, x - y);
-          const GridPoint merged = place_after_merge(kept, added, parent, generation);
-          const SplitPlaces places = places_after_split(merged, parent, added - kept, generation);
+          const GridPoint merged = place_after_merge(kept, added, parent, generation, kShift);
+          const SplitPlaces places = places_after_split(merged, parent, added - kept, generation, kShift);
           ASSERT_EQ(places.kept, kept) << static_cast<int>(parent) << " " << generation << " " << x << " " << y;
           ASSERT_EQ(places.added, added) << static_cast<int>(parent) << " " << generation << " " << x << " " << y;
         }
@@ -34,9 +36,9 @@ TEST(FanSplit, AMergeTakesTheParentBackToItsPlace) {
     const GridPoint displacement(coordinate(), coordinate(), coordinate());
     for (const ParentPosition position : kAll) {
       for (std::uint32_t generation = 1; generation <= 2; ++generation) {
-        const SplitPlaces places = places_after_split(parent, position, displacement, generation);
+        const SplitPlaces places = places_after_split(parent, position, displacement, generation, kShift);
         ASSERT_EQ(places.added - places.kept, displacement);
-        ASSERT_EQ(place_after_merge(places.kept, places.added, position, generation), parent);
+        ASSERT_EQ(place_after_merge(places.kept, places.added, position, generation, kShift), parent);
       }
     }
   }
@@ -53,6 +55,13 @@ TEST(FanSplit, ParentsAtAnEndStayThere) {
   const GridPoint added(4, 8, -3);
   EXPECT_EQ(place_after_merge(kept, added, ParentPosition::kept, 1), kept);
   EXPECT_EQ(place_after_merge(kept, added, ParentPosition::added, 1), added);
+}
+
+TEST(FanSplit, AFreeParentLiesItsShiftFromHalfway) {
+  EXPECT_EQ(place_after_merge({0, 0, 0}, {3, -3, 1}, ParentPosition::free, 2, {10, 20, -30}), GridPoint(11, 18, -30));
+  EXPECT_TRUE(is_shift({kMostShift, -kMostShift, 0}));
+  EXPECT_FALSE(is_shift({kMostShift + 1, 0, 0}));
+  EXPECT_FALSE(is_shift({0, 0, -kMostShift - 1}));
 }
 
 }  // namespace

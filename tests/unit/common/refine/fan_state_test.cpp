@@ -60,9 +60,11 @@ struct Applied {
 
 FanSplit random_split(const FanState& state, VertexId root, SeededRandom& random) {
   const std::uint32_t size = state.fans.ring_size(root);
-  FanSplit split{root, random.below(size), 0, static_cast<ParentPosition>(random.below(3)), {}};
+  FanSplit split{root, random.below(size), 0, static_cast<ParentPosition>(random.below(4)), {}};
   split.last = (split.first + 1 + random.below(size - 1)) % size;
   split.displacement = {random.between(-9, 9), random.between(-9, 9), random.between(-9, 9)};
+  const int most = random.one_in(2) ? 9 : kMostShift;
+  split.shift = {random.between(-most, most), random.between(-most, most), random.between(-most, most)};
   return split;
 }
 
@@ -74,13 +76,13 @@ NextSplits random_next(SeededRandom& random) {
 Applied apply(FanState& state, const FanSplit& split, NextSplits next, VertexId added, std::uint32_t generation) {
   const VertexId root = split.root;
   const Applied applied{
-      split, next, added, generation, {root, state.fans.corner(root), state.vertices[root].context, split.parent}};
+      split, next, added, generation, {root, state.fans.corner(root), state.vertices[root].context, split.parent, split.shift}};
   RingGeometry ring;
   ring.load(state.fans, root);
   const LinkedFans::Arc arc{ring.corner_before(split.first), ring.corner(split.first), ring.corner_before(split.last),
                             ring.corner(split.last)};
   const SplitPlaces places =
-      places_after_split(state.vertices[root].place, split.parent, split.displacement, generation);
+      places_after_split(state.vertices[root].place, split.parent, split.displacement, generation, split.shift);
   apply_split(state, state.cells[root], generation, split, arc, places, next, added);
   return applied;
 }
