@@ -155,6 +155,23 @@ template <std::size_t place, class Coder>
   chain.learn<place>(static_cast<float>(value));
 }
 
+// Where a free parent lay, once the displacement is known.
+template <class Coder>
+[[gnu::noinline]] void code_shift(Coder& coder, const SplitModel& model, const AxisUnits& units, SplitInProgress& s) {
+  const RingFeatures features = ring_features(s.ring, s.split);
+  const Float4 displacement = float4(glm::vec3(s.split.displacement)) * units.size;
+  AxisChain chain;
+  chain_axes(predict_shift(model, s.ring, features, displacement), s.ring.normal(), units, chain);
+  const auto code = [&](std::size_t place) {
+    std::int32_t& coordinate = (&s.split.shift.x)[chain.order[place]];
+    coordinate = model.residuals.code(coder, chain.expected[place], chain.variance[place], coordinate);
+    return static_cast<float>(coordinate);
+  };
+  chain.learn<0>(code(0));
+  chain.learn<1>(code(1));
+  code(2);
+}
+
 }  // namespace detail
 
 // Codes everything of the splits but their roots. `vertices` are the mesh's as it is before all of them.
@@ -182,6 +199,11 @@ void code_splits(Coder& original, const SplitModel& model, const AxisUnits& unit
   for (SplitInProgress& s : splits) detail::code_axis<0>(coder, model.residuals, s);
   for (SplitInProgress& s : splits) detail::code_axis<1>(coder, model.residuals, s);
   for (SplitInProgress& s : splits) detail::code_axis<2>(coder, model.residuals, s);
+  if (!model.has_free_parents) [[likely]]
+    return;
+  for (SplitInProgress& s : splits) {
+    if (s.split.parent == ParentPosition::free) detail::code_shift(coder, model, units, s);
+  }
 }
 
 }  // namespace fanstream

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <type_traits>
 
 #include "common/coding/residual_tables.h"
 
@@ -12,16 +13,17 @@ namespace {
 #include "common/coding/default_statistics.inc"
 
 constexpr double kHalfOctave = 0.70710678118654752440;
+constexpr std::uint8_t kFirstFreeShare = 2;
 
 }  // namespace
 
-int SymbolContexts::symbol_count(int table) {
+int SymbolContexts::symbol_count(int table, bool free_parents) {
   if (table < kOpeningFirst) {
     const int by_free = table / (4 * kValences) + 1;  // those of FM0 come last
     return by_free < static_cast<int>(kManyFree) ? by_free + 1 : 32;
   }
   if (table < kLengthFirst) return 4;
-  return table < kParentFirst ? 32 : 3;
+  return table < kParentFirst ? 32 : free_parents ? 4 : 3;
 }
 
 std::uint8_t coded_share(double count, double sum) {
@@ -51,6 +53,12 @@ const SplitStatistics& SplitStatistics::built_in() {
     return s;
   }();
   return statistics;
+}
+
+void SplitStatistics::allow_free_parents() {
+  has_free_parents = true;
+  for (std::size_t t = SymbolContexts::kParentFirst; t < symbols.size(); ++t) symbols[t][3] = kFirstFreeShare;
+  free_parent = {{}, {-16, -32, 0}};
 }
 
 namespace {
@@ -92,12 +100,37 @@ bool code_statistics(Coder& coder, SplitStatistics& s) {
   return true;
 }
 
+// Follows where there are free parents. The bit tells a decoder so: without, the state runs down to 0 before it.
+template <class Coder>
+bool code_free_parents(Coder& coder, SplitStatistics& s) {
+  SplitStatistics first;
+  first.allow_free_parents();
+  if (coder.bits(1, 1) != 1) return false;
+  const auto code = [&](auto& number, int expected, int low, int high) {
+    const int value = ResidualTables::instance().code(coder, static_cast<float>(expected), 64.0F, number);
+    number = static_cast<std::remove_reference_t<decltype(number)>>(std::clamp(value, low, high));
+    return value >= low && value <= high;
+  };
+  bool valid = true;
+  for (std::size_t t = SymbolContexts::kParentFirst; t < s.symbols.size(); ++t) {
+    valid = code(s.symbols[t][3], kFirstFreeShare, 0, 31) && valid;
+  }
+  for (std::size_t f = 0; f < s.free_parent.weights.size(); ++f) {
+    valid = code(s.free_parent.weights[f], first.free_parent.weights[f], -128, 127) && valid;
+  }
+  for (std::size_t i = 0; i < s.free_parent.spreads.size(); ++i) {
+    valid = code(s.free_parent.spreads[i], first.free_parent.spreads[i], -64, 127) && valid;
+  }
+  return valid;
+}
+
 }  // namespace
 
 void SplitStatistics::write(ByteWriter& out) const {
   RansEncoder encoder;
   SplitStatistics copy = *this;
   code_statistics(encoder, copy);
+  if (has_free_parents) code_free_parents(encoder, copy);
   const std::vector<std::byte> bytes = encoder.finish();
   out.varint(bytes.size());
   out.bytes(bytes);
@@ -107,9 +140,12 @@ Result<SplitStatistics> SplitStatistics::read(ByteReader& in) {
   const std::uint64_t size = in.varint();
   RansDecoder decoder(in.bytes(static_cast<std::size_t>(std::min<std::uint64_t>(size, in.remaining() + 1))));
   SplitStatistics statistics;
-  if (in.failed() || !code_statistics(decoder, statistics) || !decoder.finished_cleanly()) {
-    return tl::unexpected(in.error("coding statistics", "damaged"));
+  bool valid = !in.failed() && code_statistics(decoder, statistics);
+  if (valid && !decoder.finished_cleanly()) {
+    statistics.has_free_parents = true;
+    valid = code_free_parents(decoder, statistics) && decoder.finished_cleanly();
   }
+  if (!valid) return tl::unexpected(in.error("coding statistics", "damaged"));
   return statistics;
 }
 
@@ -126,7 +162,8 @@ float power_of_eighths(int eighths) {
 
 SplitModel::SplitModel(const SplitStatistics& statistics) {
   for (std::size_t t = 0; t < symbols.size(); ++t) {
-    const auto count = static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t)));
+    const auto count =
+        static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t), statistics.has_free_parents));
     symbols[t] = table_of(std::span(statistics.symbols[t]).first(count));
   }
   for (std::size_t c = 0; c < weights.size(); ++c) {
@@ -136,6 +173,14 @@ SplitModel::SplitModel(const SplitStatistics& statistics) {
   for (std::size_t i = 0; i < variances.size(); ++i) {
     const float spread = power_of_eighths(statistics.spreads[i]);
     variances[i] = spread * spread;
+  }
+  has_free_parents = statistics.has_free_parents;
+  for (std::size_t f = 0; f < shift_weights.size(); ++f) {
+    shift_weights[f] = static_cast<float>(statistics.free_parent.weights[f]) / 64.0F;
+  }
+  for (std::size_t i = 0; i < shift_variances.size(); ++i) {
+    const float spread = power_of_eighths(statistics.free_parent.spreads[i]);
+    shift_variances[i] = spread * spread;
   }
 }
 

@@ -52,7 +52,7 @@ struct SymbolContexts {
     return kRankFirst + ring_class(ring) * 8 + static_cast<int>(length < 8 ? length - 1 : 7);
   }
   static int parent(bool last_of_patch, bool open) { return kParentFirst + (last_of_patch ? 0 : 2) + (open ? 1 : 0); }
-  static int symbol_count(int table);
+  static int symbol_count(int table, bool free_parents = false);
 };
 
 // Linear prediction of the place of the centre that a split reveals, from four features of the ring
@@ -89,13 +89,26 @@ struct SpreadContexts {
   }
 };
 
+// The shift of a free parent: predicted from the same features of the ring, with weights in 64ths; what that leaves, by
+// its spread in 8ths of an octave: along the displacement and across it as shares of its length, and along the normal as a
+// share of the ring's bend.
+struct FreeParentStatistics {
+  std::array<std::int8_t, PredictionContexts::kFeatures> weights{};
+  std::array<std::int8_t, 3> spreads{};
+  bool operator==(const FreeParentStatistics&) const = default;
+};
+
 // The numbers that a model is made of, as they are stored: for each symbol of each table -2 log2 of its share (0..31),
 // the prediction weights in 64ths, and the spreads in 8ths.
 struct SplitStatistics {
   std::array<std::array<std::uint8_t, FrequencyTable::kMaxSymbols>, SymbolContexts::kTables> symbols{};
   std::array<std::array<std::int8_t, PredictionContexts::kFeatures>, PredictionContexts::kClasses> weights{};
   std::array<std::int8_t, SpreadContexts::kSpreads> spreads{};
+  bool has_free_parents = false;  // only then parents have a fourth symbol, and the next line is of meaning
+  FreeParentStatistics free_parent;
 
+  // From statistics without free parents: gives the fourth symbol and the rest their first values.
+  void allow_free_parents();
   static const SplitStatistics& built_in();
   // Writes what differs from the built-in statistics. read() fails on anything malformed and names the byte.
   void write(ByteWriter& out) const;
@@ -112,6 +125,9 @@ struct SplitModel {
   std::array<FrequencyTable, SymbolContexts::kTables> symbols;
   std::array<std::array<float, PredictionContexts::kFeatures>, PredictionContexts::kClasses> weights{};
   std::array<float, SpreadContexts::kSpreads> variances{};  // squared spreads in grid steps; the middle's as a factor
+  bool has_free_parents = false;
+  std::array<float, PredictionContexts::kFeatures> shift_weights{};
+  std::array<float, 3> shift_variances{};  // shares
 
   const ResidualTables& residuals = ResidualTables::instance();
 

@@ -34,7 +34,7 @@ inline RingFeatures ring_features(const RingGeometry& ring, const FanSplit& spli
   const std::uint32_t first = split.first ^ swapped;
   const std::uint32_t last = split.last ^ swapped;
   RingFeatures result;
-  result.middle = split.parent == ParentPosition::middle;
+  result.middle = split.parent == ParentPosition::middle || split.parent == ParentPosition::free;
   result.arc = ring.steps(first, last);
   const Float4 inside = ring.spoke_sum(first + result.arc) - ring.spoke_sum(first + 1);
   const Float4 both_wings = ring.spoke(first) + ring.spoke(last);
@@ -82,6 +82,23 @@ inline Prediction predict(const SplitModel& model, const RingGeometry& ring, con
   result.variance_across = scale * model.variances[SpreadContexts::kAcross + size];
   result.variance_normal =
       scale * model.variances[static_cast<std::size_t>(SpreadContexts::normal(ring.bend_square(), ring.mean_square()))];
+  return result;
+}
+
+// Of the shift of a free parent, once the displacement (in grid steps) is known.
+inline Prediction predict_shift(const SplitModel& model, const RingGeometry& ring, const RingFeatures& features,
+                                Float4 displacement) {
+  const auto& weights = model.shift_weights;
+  Prediction result;
+  result.mean = (float4(weights[0]) * features.features[0] + float4(weights[1]) * features.features[1]) +
+                (float4(weights[2]) * features.features[2] + float4(weights[3]) * features.features[3]);
+  const Float4 n = ring.normal();
+  result.along = displacement - float4(dot3(displacement, n)) * n;
+  const float length2 = dot3(displacement, displacement);
+  constexpr float kRounding = 0.125F;  // places are whole steps
+  result.variance_along = model.shift_variances[0] * length2 + kRounding;
+  result.variance_across = model.shift_variances[1] * length2 + kRounding;
+  result.variance_normal = model.shift_variances[2] * ring.bend_square() + kRounding;
   return result;
 }
 

@@ -16,6 +16,7 @@ enum class ParentPosition : std::uint8_t {
   kept = 0,    // at the centre that keeps the parent's number
   middle = 1,  // halfway, rounded as halfway_offset says
   added = 2,   // at the centre that the split adds
+  free = 3,    // at a place of its own, told by its shift from halfway
 };
 
 // One split of the fan of `root`: the new vertex takes the ring from position `first` to position `last` of the root's
@@ -27,7 +28,15 @@ struct FanSplit {
   std::uint32_t last = 0;
   ParentPosition parent = ParentPosition::kept;
   GridPoint displacement{0};  // from the kept centre to the added one (the paper's dV)
+  GridPoint shift{0};         // of a free parent: from halfway to where it lay, within kMostShift on each axis
 };
+
+// So that a shift can be kept in 45 bits where a split is to be undone.
+inline constexpr std::int32_t kMostShift = (1 << 14) - 1;
+inline bool is_shift(const GridPoint& s) {
+  const auto in_range = [](std::int32_t v) { return v >= -kMostShift && v <= kMostShift; };
+  return in_range(s.x) && in_range(s.y) && in_range(s.z);
+}
 
 // The two centres' places from the parent's, and back. The middle is rounded down in even generations and up in odd ones, so that
 // repeated halving does not drift.
@@ -41,14 +50,19 @@ struct SplitPlaces {
   GridPoint added;
 };
 inline SplitPlaces places_after_split(GridPoint parent, ParentPosition position, GridPoint displacement,
-                                      std::uint32_t generation) {
+                                      std::uint32_t generation, const GridPoint& shift = GridPoint(0)) {
   GridPoint kept = parent;
   if (position == ParentPosition::middle) kept -= halfway_offset(displacement, generation);
   if (position == ParentPosition::added) kept -= displacement;
+  if (position == ParentPosition::free) [[unlikely]]
+    kept -= halfway_offset(displacement, generation) + shift;
   return {kept, kept + displacement};
 }
-inline GridPoint place_after_merge(GridPoint kept, GridPoint added, ParentPosition position, std::uint32_t generation) {
+inline GridPoint place_after_merge(GridPoint kept, GridPoint added, ParentPosition position, std::uint32_t generation,
+                                   const GridPoint& shift = GridPoint(0)) {
   if (position == ParentPosition::middle) return kept + halfway_offset(added - kept, generation);
+  if (position == ParentPosition::free) [[unlikely]]
+    return kept + halfway_offset(added - kept, generation) + shift;
   return position == ParentPosition::kept ? kept : added;
 }
 

@@ -135,12 +135,13 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
   for (SplitInProgress& s : batch) {
     const VertexId v = s.split.root;
     const SplitPlaces places =
-        places_after_split(state.vertices[v].place, s.split.parent, s.split.displacement, generation);
-    if (!coding.grid.contains(places.kept) || !coding.grid.contains(places.added)) {
+        places_after_split(state.vertices[v].place, s.split.parent, s.split.displacement, generation, s.split.shift);
+    if (!coding.grid.contains(places.kept) || !coding.grid.contains(places.added) ||
+        (s.split.parent == ParentPosition::free && !is_shift(s.split.shift))) {
       return off_the_grid(vertices.cell, v);
     }
     const VertexId added = vertices.first_new + vertices.made++;
-    const SplitUndo undo{v, state.fans.corner(v), state.vertices[v].context, s.split.parent};
+    const SplitUndo undo{v, state.fans.corner(v), state.vertices[v].context, s.split.parent, s.split.shift};
     const LinkedFans::Arc arc{s.ring.corner_before(s.split.first), s.ring.corner(s.split.first),
                               s.ring.corner_before(s.split.last), s.ring.corner(s.split.last)};
     apply_split(state, vertices.cell, generation, s.split, arc, places, {s.root_next, s.added_next}, added);

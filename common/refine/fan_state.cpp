@@ -1,6 +1,16 @@
 #include "common/refine/fan_state.h"
 
 namespace fanstream {
+namespace {
+
+// A free parent's shift takes the rest of a split's note: three times fifteen bits.
+constexpr unsigned kShiftBits = 15;
+constexpr std::uint32_t kShiftMask = (1U << kShiftBits) - 1U;
+static_assert(2 * kMostShift + 1 <= static_cast<std::int32_t>(kShiftMask));
+std::uint32_t shift_bits(std::int32_t shift) { return static_cast<std::uint32_t>(shift + kMostShift) & kShiftMask; }
+std::int32_t shift_of(std::uint32_t bits) { return static_cast<std::int32_t>(bits & kShiftMask) - kMostShift; }
+
+}  // namespace
 
 void FanState::resize(std::size_t vertex_count, PageKind pages) {
   fans.resize(vertex_count, pages);
@@ -59,19 +69,29 @@ void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, 
 void keep_undo(FanState& state, const SplitUndo& undo, VertexId added) {
   const auto rest = undo.root_context.touched | static_cast<std::uint32_t>(undo.root_context.next) << 8U |
                     static_cast<std::uint32_t>(undo.parent) << 16U;
-  state.fans.set_note(added, {{{undo.root, undo.root_corner}, {rest, 0}}});
+  if (undo.parent != ParentPosition::free) [[likely]] {
+    state.fans.set_note(added, {{{undo.root, undo.root_corner}, {rest, 0}}});
+    return;
+  }
+  const std::uint32_t xy = shift_bits(undo.shift.x) | shift_bits(undo.shift.y) << kShiftBits;
+  state.fans.set_note(added, {{{undo.root, undo.root_corner}, {rest | xy << 18U, (xy >> 14U) | shift_bits(undo.shift.z) << 16U}}});
 }
 
 SplitUndo kept_undo(const FanState& state, VertexId added) {
   const LinkedFans::Note note = state.fans.note(added);
   const std::uint32_t rest = note[1].neighbour;
   const VertexContext context{static_cast<std::uint8_t>(rest), static_cast<std::uint8_t>(rest >> 8U), 0};
-  return {note[0].neighbour, note[0].next, context, static_cast<ParentPosition>(rest >> 16U)};
+  SplitUndo undo{note[0].neighbour, note[0].next, context, static_cast<ParentPosition>(rest >> 16U & 3U), {}};
+  if (undo.parent == ParentPosition::free) [[unlikely]] {
+    const std::uint32_t xy = rest >> 18U | note[1].next << 14U;
+    undo.shift = {shift_of(xy), shift_of(xy >> kShiftBits), shift_of(note[1].next >> 16U)};
+  }
+  return undo;
 }
 
 void undo_split(FanState& state, std::uint32_t generation, const SplitUndo& undo, VertexId added) {
   GridPoint& place = state.vertices[undo.root].place;
-  place = place_after_merge(place, state.vertices[added].place, undo.parent, generation);
+  place = place_after_merge(place, state.vertices[added].place, undo.parent, generation, undo.shift);
   state.fans.merge(undo.root, added, undo.root_corner);
   state.vertices[undo.root].context = undo.root_context;
   state.vertices[added].context = {};

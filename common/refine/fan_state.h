@@ -47,6 +47,7 @@ struct SplitUndo {
   LinkedFans::CornerId root_corner = 0;  // where its fan started
   VertexContext root_context;
   ParentPosition parent = ParentPosition::kept;
+  GridPoint shift{0};  // of a free parent
 };
 // Kept in the mesh, with the vertex that the split made.
 void keep_undo(FanState& state, const SplitUndo& undo, VertexId added);

@@ -21,9 +21,10 @@ class Builder {
       : mesh_(mesh), options_(options), granularity_(granularity_of(mesh, options)) {}
 
   Result<SplitSample> sample() {
+    if (Result<void> checked = check_cost_options(options_.cost); !checked) return tl::unexpected(checked.error());
     describe();
     const MergeHistory history = run_simplify();
-    const CodedHistory coded(history, coded_places());
+    const CodedHistory coded(history, coded_places(), head_.grid);
     plan(history);
     if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
     return observe(coded);
@@ -35,9 +36,10 @@ class Builder {
                   std::to_string(mesh_.positions.size()) + " vertices, the limit is " + std::to_string(kMostVertices));
     }
     if (mesh_.triangles.empty()) return fail(ErrorKind::bad_input, "no triangles left after cleaning");
+    if (Result<void> checked = check_cost_options(options_.cost); !checked) return tl::unexpected(checked.error());
     describe();
     const MergeHistory history = run_simplify();
-    const CodedHistory coded(history, coded_places());
+    const CodedHistory coded(history, coded_places(), head_.grid);
     std::future<SurfaceErrors> surface = start_measuring_surface(mesh_.triangles, coded_places(), head_.grid, coded);
     plan(history);
     if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
@@ -85,6 +87,7 @@ class Builder {
     SimplifyOptions simplify_options;
     simplify_options.base_vertices = options_.base_vertices.value_or(default_base_vertices());
     simplify_options.edges_per_vertex = granularity_.edges_per_vertex;
+    simplify_options.cost = options_.cost;
     simplify_options.evenness = granularity_.evenness;
     simplify_options.progress = [this](double fraction) { report("simplify", fraction); };
     return simplify(mesh_, simplify_options);
@@ -121,6 +124,7 @@ class Builder {
 
   Result<void> train(const CodedHistory& coded) {
     report("learn statistics", 0.0);
+    if (coded.has_free_parents()) head_.statistics.allow_free_parents();
     Result<SplitSample> sample = observe(coded);
     if (!sample) return tl::unexpected(sample.error());
     learn_symbols(sample->counts, head_.statistics);
@@ -129,7 +133,7 @@ class Builder {
   }
 
   Result<SplitSample> observe(const CodedHistory& coded) const {
-    const SplitModel model;
+    const SplitModel model(head_.statistics);
     CountingCoder counter(model);
     SplitSample sample{{}, GeometryTraining(coded.history.merges.size())};
     const glm::vec3 unit = head_.grid.unit();

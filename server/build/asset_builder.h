@@ -7,6 +7,7 @@
 #include "common/asset/asset_layout.h"
 #include "common/mesh/triangle_mesh.h"
 #include "common/support/result.h"
+#include "server/build/cost_options.h"
 #include "server/build/split_training.h"
 
 namespace fanstream {
@@ -21,6 +22,7 @@ struct BuildOptions {
   std::optional<double> segment_splits;
   std::optional<double> edges_per_vertex;
   std::optional<double> evenness;  // SimplifyOptions::evenness
+  CostOptions cost;                // what merges cost and where parents go
   // Called with the stage's name and the share of it that is done; may be empty.
   std::function<void(std::string_view stage, double fraction)> progress;
 };
@@ -39,7 +41,7 @@ struct BuiltAsset {
 };
 
 // Precondition: `mesh` is an oriented manifold with at least one face (clean_mesh). Fails if it has more than kMostVertices
-// vertices or if a stage reports an error. Deterministic: the same mesh and options give the same bytes, however many
+// vertices, if check_cost_options does, or if a stage reports an error. Deterministic: the same mesh and options give the same bytes, however many
 // threads share the work. `progress` is called on the calling thread.
 Result<BuiltAsset> build_asset(const TriangleMesh& mesh, const BuildOptions& options);
 

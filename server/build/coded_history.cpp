@@ -1,16 +1,23 @@
 #include "server/build/coded_history.h"
 
 #include <cassert>
+#include <glm/common.hpp>
 
 namespace fanstream {
 
-CodedHistory::CodedHistory(const MergeHistory& merges, std::vector<GridPoint> places)
-    : history(merges), displacements(merges.merges.size()) {
+CodedHistory::CodedHistory(const MergeHistory& merges, std::vector<GridPoint> places, const PositionGrid& grid)
+    : history(merges), displacements(merges.merges.size()), shifts(merges.free_places.size(), GridPoint(0)) {
   for (std::uint32_t generation = generation_count(); generation >= 1; --generation) {
     for (std::uint32_t m = generation_begin(generation); m < generation_end(generation); ++m) {
       const MergeRecord& merge = history.merges[m];
-      displacements[m] = places[merge.removed] - places[merge.root];
-      places[merge.root] = place_after_merge(places[merge.root], places[merge.removed], merge.parent, generation);
+      GridPoint& root = places[merge.root];
+      displacements[m] = places[merge.removed] - root;
+      if (merge.parent == ParentPosition::free) {
+        // On the grid, cut off or not: halfway is, and so is the parent.
+        const GridPoint wanted = grid.encode(history.free_places[m]) - root - halfway_offset(displacements[m], generation);
+        shifts[m] = glm::clamp(wanted, GridPoint(-kMostShift), GridPoint(kMostShift));
+      }
+      root = place_after_merge(root, places[merge.removed], merge.parent, generation, shift(m));
     }
   }
   base_places = std::move(places);
@@ -83,7 +90,8 @@ void HistorySource::describe(SplitInProgress& split) const {
     assert(i < ring.size());
     return i;
   };
-  split.split = {split.split.root, position(merge.first), position(merge.last), merge.parent, coded_.displacements[m]};
+  split.split = {split.split.root, position(merge.first), position(merge.last), merge.parent, coded_.displacements[m],
+                 coded_.shift(m)};
   split.root_next = generation_of(after_[m]);
   split.added_next = generation_of(to_undo_[merge.removed]);
 }

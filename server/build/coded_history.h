@@ -14,9 +14,13 @@ namespace fanstream {
 struct CodedHistory {
   const MergeHistory& history;
   std::vector<GridPoint> displacements;  // by merge
+  std::vector<GridPoint> shifts;         // by merge, of free parents; empty if there are none
   std::vector<GridPoint> base_places;    // by the model's vertex, where the vertex is in the base
 
-  CodedHistory(const MergeHistory& merges, std::vector<GridPoint> places);
+  // `places`: the model's on the grid.
+  CodedHistory(const MergeHistory& merges, std::vector<GridPoint> places, const PositionGrid& grid);
+  bool has_free_parents() const { return !shifts.empty(); }
+  GridPoint shift(std::size_t merge) const { return shifts.empty() ? GridPoint(0) : shifts[merge]; }
   std::uint32_t generation_count() const { return history.generation_count(); }
   std::uint32_t generation_begin(std::uint32_t generation) const;  // into merges
   std::uint32_t generation_end(std::uint32_t generation) const;

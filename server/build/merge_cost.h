@@ -1,4 +1,5 @@
 // What a fan merge costs and where its parent goes: the interface between the simplifier and the error measures.
+// Which measures there are: cost_options.h. How they compare: COSTS.md.
 #pragma once
 
 #include <memory>
@@ -6,31 +7,45 @@
 
 #include "common/fans/fan_split.h"
 #include "common/mesh/triangle_mesh.h"
+#include "server/build/cost_options.h"
 
 namespace fanstream {
 
 struct MergeProposal {
-  double cost = 0.0;  // never negative; the unit is the measure's own, only order matters
+  double cost = 0.0;  // finite and never negative; the unit is the measure's own, only order matters
   ParentPosition parent = ParentPosition::kept;
+  glm::dvec3 place{0.0};  // of a free parent
+};
+
+// The mesh while it is simplified, and what it was. Measures keep it; it stays where it is and changes with every merge.
+struct MeshView {
+  const TriangleMesh& original;
+  const RingMesh& rings;
+  const std::vector<glm::dvec3>& places;  // by vertex
 };
 
 // A measure keeps what it accumulates per vertex itself. Not thread safe.
 class MergeCost {
  public:
   virtual ~MergeCost() = default;
-  // The cheapest parent for merging `removed` into `root` at their current places.
-  virtual MergeProposal propose(VertexId root, VertexId removed, const glm::dvec3& root_place,
-                                const glm::dvec3& removed_place) const = 0;
+  // The cheapest parent for merging `removed` into its neighbour `root`. The same state gives the same answer.
+  virtual MergeProposal propose(VertexId root, VertexId removed) const = 0;
   // Announces that proposals for these vertices will be asked for; kOutside among them is ignored.
-  virtual void fetch(std::span<const VertexId> vertices) const = 0;
-  // Called after the merge has been made.
-  virtual void merged(VertexId root, VertexId removed) = 0;
+  virtual void fetch(std::span<const VertexId> /*vertices*/) const {}
+  // Called after the merge has been made and the root has its new place; `parent` says where, of the two it was.
+  virtual void merged(VertexId root, VertexId removed, ParentPosition parent) = 0;
+  // Whether a proposal depends on more than the two vertices and what was merged into them, so that merges beside them
+  // change it.
+  virtual bool looks_around() const { return false; }
 };
 
-// Quadric error metrics (Garland and Heckbert 1997): area-weighted planes of all faces that each vertex stands for, and
-// planes upright on boundary edges, so that borders keep their course. `rings` is the mesh's own. The cost is that sum of
-// squared distances over area, times its mean to the power of `evenness`: 0 makes the sum over the whole mesh small, more
-// of it makes small the distances that are largest.
-std::unique_ptr<MergeCost> make_quadric_cost(const TriangleMesh& mesh, const RingMesh& rings, double evenness = 0.0);
+// Precondition: check_cost_options(options), and `view` is of the mesh before the first merge.
+// `evenness` is for the quadrics: the cost is the sum of squared distances over area, times its mean to the power of
+// `evenness`: 0 makes the sum over the whole mesh small, more of it makes small the distances that are largest.
+std::unique_ptr<MergeCost> make_merge_cost(const MeshView& view, const CostOptions& options, double evenness);
+
+// Which make_merge_cost chooses from.
+std::unique_ptr<MergeCost> make_fans_cost(const MeshView& view, const CostOptions& options);
+std::unique_ptr<MergeCost> make_quadric_cost(const MeshView& view, const CostOptions& options, double evenness);
 
 }  // namespace fanstream

@@ -19,15 +19,11 @@ class Simplifier {
       : options_(options),
         places_(mesh.positions),
         rings_(RingMesh::from_triangles(mesh.positions.size(), mesh.triangles)),
-        cost_(make_quadric_cost(mesh, rings_, options.evenness)),
+        cost_(make_merge_cost({mesh, rings_, places_}, options.cost, options.evenness)),
         marks_(mesh.positions.size()),
         patch_splits_(mesh.positions.size(), 0),
         alive_(static_cast<std::uint32_t>(mesh.positions.size())) {
-    for (VertexId v = 0; v < alive_; ++v) {
-      for (const VertexId w : rings_.ring(v)) {
-        if (v < w && w != kOutside) queue_.add(judge(v, w));
-      }
-    }
+    judge_all();
   }
 
   MergeHistory run() {
@@ -44,6 +40,7 @@ class Simplifier {
           made == 0 || made < alive_ / 50 || history.generation_begin.size() > kThriftyGenerations;
       if (options_.progress) options_.progress(progress(start));
     }
+    if (!history.free_places.empty()) history.free_places.resize(history.merges.size());
     history.base = std::move(rings_);
     history.base_vertices = alive_;
     return history;
@@ -91,11 +88,23 @@ class Simplifier {
   }
 
   MergeCandidate judge(VertexId a, VertexId b) const {
-    const MergeProposal proposal = cost_->propose(a, b, places_[a], places_[b]);
+    const MergeProposal proposal = cost_->propose(a, b);
     return {proposal.cost, a, b, marks_[a].changes + marks_[b].changes, proposal.parent, false};
   }
 
+  void judge_all() {
+    for (VertexId v = 0; v < places_.size(); ++v) {
+      for (const VertexId w : rings_.ring(v)) {
+        if (v < w && w != kOutside) queue_.add(judge(v, w));
+      }
+    }
+  }
+
   void run_generation(MergeHistory& history) {
+    if (cost_->looks_around() && !history.merges.empty()) {
+      queue_ = {};
+      judge_all();
+    }
     for (Marks& marks : marks_) marks.near = kNoRoot;
     const std::size_t wanted = everything_ ? std::numeric_limits<std::size_t>::max()
                                            : static_cast<std::size_t>(options_.edges_per_vertex * alive_);
@@ -134,7 +143,7 @@ class Simplifier {
     Merge merge{edge.a, edge.b, edge.parent, {}};
     if (is_root(edge.b)) {
       std::swap(merge.root, merge.removed);
-      merge.parent = cost_->propose(merge.root, merge.removed, places_[merge.root], places_[merge.removed]).parent;
+      merge.parent = cost_->propose(merge.root, merge.removed).parent;
     }
     // Between two centres without a patch, the one at which the parent lies keeps its number.
     if (merge.parent == ParentPosition::added && !is_root(merge.root)) {
@@ -144,6 +153,7 @@ class Simplifier {
     merge.target = places_[merge.root];
     if (merge.parent == ParentPosition::added) merge.target = places_[merge.removed];
     if (merge.parent == ParentPosition::middle) merge.target = 0.5 * (places_[merge.root] + places_[merge.removed]);
+    if (merge.parent == ParentPosition::free) merge.target = cost_->propose(merge.root, merge.removed).place;
     return merge;
   }
 
@@ -199,13 +209,16 @@ class Simplifier {
   void record(const Merge& merge, double cost, MergeHistory& history) {
     history.merges.push_back(
         {merge.root, merge.removed, ring_.id(0), ring_.id(ring_.arc()), merge.parent, static_cast<float>(cost)});
+    if (merge.parent != ParentPosition::free) return;
+    history.free_places.resize(history.merges.size());
+    history.free_places.back() = merge.target;
   }
 
   void apply(const Merge& merge) {
     const auto [root, removed, parent, target] = merge;
     rings_.merge(root, removed);
-    cost_->merged(root, removed);
     places_[root] = target;
+    cost_->merged(root, removed, parent);
     patch_splits_[root] = static_cast<std::uint8_t>(is_root(root) ? patch_splits_[root] + 1 : 1);
     ++marks_[root].changes;
     marks_[removed].changes += kGone;

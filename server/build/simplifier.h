@@ -16,7 +16,9 @@ struct SimplifyOptions {
   // A generation considers the cheapest edges, this many per vertex. More makes fewer and larger generations (smaller
   // files, less forced refinement) at the price of shape: cheap merges at patch borders wait while dearer ones go first.
   double edges_per_vertex = 1.5;
-  // 0 makes the surface's mean distance from the original small, 1 its largest; see make_quadric_cost.
+  // What a merge costs and where its parent goes. Precondition: check_cost_options.
+  CostOptions cost;
+  // 0 makes the surface's mean distance from the original small, 1 its largest; see make_merge_cost.
   double evenness = 0.0;
   // How much merges that take many bits to code are put back behind others of like cost; 0 looks at shape alone.
   double coding_weight = 1.0;
@@ -41,6 +43,7 @@ struct MergeRecord {
 struct MergeHistory {
   std::vector<MergeRecord> merges;
   std::vector<std::uint32_t> generation_begin;  // into merges; one more entry than generations
+  std::vector<glm::dvec3> free_places;          // by merge: where a free parent lies; empty if there are none
   RingMesh base;                                // what remains
   std::uint32_t base_vertices = 0;
 

@@ -58,11 +58,46 @@ void GeometryTraining::observe(const RingGeometry& ring, const FanSplit& split, 
   const float sign = split.parent == ParentPosition::added ? -1.0F : 1.0F;
   samples_.push_back({ring_features(ring, split), float4(sign * glm::vec3(split.displacement) * unit), ring.normal(),
                       ring.mean_square(), ring.bend_square(), ring.is_open()});
+  if (split.parent != ParentPosition::free) return;
+  shifts_.push_back({samples_.back(), float4(glm::vec3(split.shift) * unit)});
 }
 
 void GeometryTraining::learn(SplitStatistics& statistics) const {
   learn_weights(statistics);
   learn_spreads(statistics);
+  if (statistics.has_free_parents) learn_shifts(statistics.free_parent);
+}
+
+void GeometryTraining::learn_shifts(FreeParentStatistics& statistics) const {
+  if (static_cast<double>(shifts_.size()) < kLeastSamples) return;
+  LeastSquares squares;
+  for (const Shift& s : shifts_) {
+    squares.add(s.sample.features, s.shift, 1.0 / (static_cast<double>(s.sample.mean_square) + 1e-6));
+  }
+  const auto solution = squares.solve(statistics.weights);
+  for (std::size_t f = 0; f < kFeatures; ++f) {
+    statistics.weights[f] = static_cast<std::int8_t>(std::clamp(std::lround(64.0 * solution[f]), -127L, 127L));
+  }
+  std::array<double, 3> sums{};
+  for (const Shift& s : shifts_) {
+    Float4 error = s.shift;
+    for (std::size_t f = 0; f < kFeatures; ++f) {
+      error -= float4(static_cast<float>(statistics.weights[f]) / 64.0F) * s.sample.features.features[f];
+    }
+    const Float4 displacement = s.sample.target;
+    Float4 along = displacement - float4(dot3(displacement, s.sample.normal)) * s.sample.normal;
+    const float length = std::sqrt(dot3(displacement, displacement)) + 1.0F;
+    const float flat = std::sqrt(dot3(along, along));
+    if (flat > 0.0F) along /= float4(flat);
+    const Float4 across = rotate_axes(cross_rotated(s.sample.normal, along));
+    sums[0] += std::fabs(dot3(error, along)) / length;
+    sums[1] += std::fabs(dot3(error, across)) / length;
+    sums[2] += std::fabs(dot3(error, s.sample.normal)) / (std::sqrt(s.sample.bend_square) + 1.0F);
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const double spread = std::max(1.3085 * sums[i] / static_cast<double>(shifts_.size()), 1e-3);
+    statistics.spreads[i] = static_cast<std::int8_t>(std::clamp(std::lround(8.0 * std::log2(spread)), -64L, 120L));
+  }
 }
 
 void GeometryTraining::learn_weights(SplitStatistics& statistics) const {
@@ -129,7 +164,8 @@ void GeometryTraining::learn_spreads(SplitStatistics& statistics) const {
 
 void learn_symbols(const CountingCoder::Counts& counts, SplitStatistics& statistics) {
   for (std::size_t t = 0; t < counts.size(); ++t) {
-    const auto size = static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t)));
+    const auto size = static_cast<std::size_t>(
+        SymbolContexts::symbol_count(static_cast<int>(t), statistics.has_free_parents));
     const std::span<std::uint8_t> current(statistics.symbols[t].data(), size);
     const FrequencyTable before = table_of(current);
     std::array<double, FrequencyTable::kMaxSymbols> blended{};

@@ -33,7 +33,10 @@ class GeometryTraining {
  public:
   explicit GeometryTraining(std::size_t split_count) : stride_(1 + split_count / kMostSamples) {}
   void observe(const RingGeometry& ring, const FanSplit& split, const glm::vec3& unit);
-  void add(const GeometryTraining& other) { samples_.insert(samples_.end(), other.samples_.begin(), other.samples_.end()); }
+  void add(const GeometryTraining& other) {
+    samples_.insert(samples_.end(), other.samples_.begin(), other.samples_.end());
+    shifts_.insert(shifts_.end(), other.shifts_.begin(), other.shifts_.end());
+  }
   // Replaces what has been seen often enough.
   void learn(SplitStatistics& statistics) const;
 
@@ -47,10 +50,16 @@ class GeometryTraining {
     float bend_square;
     bool open;
   };
+  struct Shift {
+    Sample sample;
+    Float4 shift;
+  };
+  void learn_shifts(FreeParentStatistics& statistics) const;
   void learn_weights(SplitStatistics& statistics) const;
   void learn_spreads(SplitStatistics& statistics) const;
 
   std::vector<Sample> samples_;
+  std::vector<Shift> shifts_;  // of free parents
   std::size_t stride_;
   std::size_t seen_ = 0;
 };

@@ -21,8 +21,28 @@ struct BuildArguments {
   std::vector<std::string> inputs;
   std::string output;
   std::optional<int> position_bits;
+  std::optional<std::uint32_t> base_vertices;
+  std::string cost, placement, curvature, quadrics;  // names; empty: the default
+  CostOptions cost_options;
   bool json = false;
 };
+
+// Names to choices, whatever they are.
+Result<void> choose_cost(BuildArguments& arguments) {
+  CostOptions& options = arguments.cost_options;
+  const auto choose = [](const std::string& name, auto find, auto& choice) -> Result<void> {
+    if (name.empty()) return {};
+    const auto found = find(name);
+    if (!found) return tl::unexpected(found.error());
+    choice = *found;
+    return {};
+  };
+  if (Result<void> found = choose(arguments.cost, cost_of_name, options.cost); !found) return found;
+  if (Result<void> found = choose(arguments.placement, placement_of_name, options.placement); !found) return found;
+  if (Result<void> found = choose(arguments.curvature, curvature_of_name, options.curvature); !found) return found;
+  if (Result<void> found = choose(arguments.quadrics, quadrics_of_name, options.quadrics); !found) return found;
+  return check_cost_options(options);
+}
 
 // Where each input's asset goes. Into a folder if the output is one, ends in a slash, or is for several inputs.
 Result<std::vector<fs::path>> output_paths(const BuildArguments& arguments) {
@@ -65,6 +85,8 @@ Result<OneBuild> build_one(const std::string& input, const fs::path& output, con
   ProgressBar bar(fs::path(input).filename().string());
   BuildOptions options;
   options.position_bits = arguments.position_bits;
+  options.base_vertices = arguments.base_vertices;
+  options.cost = arguments.cost_options;
   options.progress = [&](std::string_view stage, double fraction) {
     bar.update(stage, overall_fraction(stage, fraction));
   };
@@ -81,8 +103,10 @@ Result<OneBuild> build_one(const std::string& input, const fs::path& output, con
   return OneBuild{built->asset.report, built->repairs, preamble->digest, seconds.count(), cpu_seconds};
 }
 
-Json json_of(const OneBuild& build, const std::string& input, const fs::path& output) {
+Json json_of(const OneBuild& build, const std::string& input, const fs::path& output, const CostOptions& cost) {
   Json json = {{"input", input}, {"output", output.string()}, {"digest", text_of(build.digest)}};
+  json["cost"] = name_of(cost.cost);
+  json["placement"] = name_of(cost.placement);
   json.update(fanstream::json_of(build.report));
   Json repairs = Json::object();
   for (const auto& [name, count] : named_counts(build.repairs)) repairs[name] = count;
@@ -111,7 +135,8 @@ void print_text(const OneBuild& build, const std::string& input, const fs::path&
 }
 
 // One bad input does not keep the others from being built; the exit code is that of the first failure.
-int run(const BuildArguments& arguments) {
+int run(BuildArguments& arguments) {
+  if (const Result<void> chosen = choose_cost(arguments); !chosen) return report_error(chosen.error());
   const Result<std::vector<fs::path>> outputs = output_paths(arguments);
   if (!outputs) return report_error(outputs.error());
   int exit = 0;
@@ -126,7 +151,7 @@ int run(const BuildArguments& arguments) {
       continue;
     }
     if (arguments.json) {
-      all.push_back(json_of(*built, input, output));
+      all.push_back(json_of(*built, input, output, arguments.cost_options));
     } else {
       print_text(*built, input, output);
     }
@@ -149,12 +174,24 @@ Command add_build_command(CLI::App& app) {
   build->add_option("-o,--output", arguments->output, "Asset file, or a folder for NAME.fan of each input")->required();
   build->add_option("--position-bits", arguments->position_bits, "Of the grid along the longest side; default below")
       ->check(CLI::Range(kLeastPositionBits, kMostPositionBits));
+  build->add_option("--base-vertices", arguments->base_vertices, "Of the coarsest level, where it can be reached")
+      ->check(CLI::Range(4U, 1U << 24U));
+  build->add_option("--cost", arguments->cost, "What orders the merges: fans, quadric (default) or curvature");
+  build->add_option("--placement", arguments->placement,
+                    "Where merged vertices go: ends+middle (default), end, segment or optimal");
+  build->add_option("--quadrics", arguments->quadrics, "Of costs quadric and curvature: accumulated (default) or memoryless");
+  build->add_option("--curvature", arguments->curvature, "Of cost curvature: mean (default), gaussian or principal");
+  build->add_option("--kappa", arguments->cost_options.kappa,
+                    fmt::format("Of cost fans: stiffness of the springs ({})", CostOptions::kUsualKappa));
+  build->add_option("--samples", arguments->cost_options.samples,
+                    "Of cost fans: points on the surface to keep close to, besides all vertices (0)");
   build->add_flag("--json", arguments->json, "Print the report as JSON (of several: an array)");
   build->footer(
       "The default grid has steps of a 24th of the mean edge, within 10 to 16 bits.\n"
       "Examples:\n"
       "  fanstream-server build bunny.ply -o bunny.fan\n"
-      "  fanstream-server build scans/*.ply -o assets/ --position-bits 14 --json");
+      "  fanstream-server build scans/*.ply -o assets/ --position-bits 14 --json\n"
+      "  fanstream-server build cow.off -o cow.fan --cost curvature --curvature principal --placement optimal");
   return {build, [arguments] { return run(*arguments); }};
 }
 

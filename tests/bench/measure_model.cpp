@@ -70,6 +70,7 @@ class Measurement {
     figures_.import_seconds = seconds_since(start);
     const Clock::time_point cleaned = Clock::now();
     build_options_.position_bits = options_.position_bits;
+    build_options_.cost = options_.cost;
     Result<BuiltAsset> built = build_asset(mesh_, build_options_);
     if (!built) return tl::unexpected(built.error());
     figures_.build_seconds = seconds_since(cleaned);
@@ -199,6 +200,7 @@ class Measurement {
     tell("levels");
     SimplifyOptions simplify_options;
     simplify_options.base_vertices = figures_.build.base_vertices;
+    simplify_options.cost = build_options_.cost;
     const Granularity usual = default_granularity(static_cast<std::uint32_t>(mesh_.positions.size()));
     simplify_options.edges_per_vertex = build_options_.edges_per_vertex.value_or(usual.edges_per_vertex);
     simplify_options.evenness = build_options_.evenness.value_or(usual.evenness);
@@ -215,7 +217,7 @@ class Measurement {
     const PositionGrid& grid = asset_->asset_head()->grid;
     std::vector<GridPoint> places;
     for (const glm::dvec3& p : mesh_.positions) places.push_back(grid.encode(p));
-    const CodedHistory coded(history, std::move(places));
+    const CodedHistory coded(history, std::move(places), grid);
     Result<std::vector<LevelQuality>> levels =
         measure_levels(full_, mesh_, coded, grid, options_.level_shares, options_.face_samples);
     if (!levels) return tl::unexpected(levels.error());

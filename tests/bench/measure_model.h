@@ -16,6 +16,7 @@ namespace fanstream::bench {
 
 struct MeasureOptions {
   int position_bits = 12;
+  CostOptions cost;
   int repetitions = 5;  // of decoding; the median counts
   std::uint32_t disc_seeds = 16;
   std::size_t face_samples = 200'000;

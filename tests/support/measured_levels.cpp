@@ -8,12 +8,13 @@ namespace fanstream::testing {
 namespace {
 
 SurfaceErrors measured(const MeasuredModel& model) {
-  const CodedHistory coded(model.history, model.codes);
+  const CodedHistory coded(model.history, model.codes, model.grid);
   return measure_surface(model.mesh.triangles, model.codes, model.grid, coded);
 }
 
-MergeHistory simplified(const TriangleMesh& mesh, std::uint32_t base_vertices) {
+MergeHistory simplified(const TriangleMesh& mesh, std::uint32_t base_vertices, const CostOptions& cost) {
   SimplifyOptions options;
+  options.cost = cost;
   options.base_vertices = base_vertices;
   return simplify(mesh, options);
 }
@@ -24,13 +25,15 @@ class Refiner {
   explicit Refiner(const MeasuredModel& model)
       : model_(model), rings_(model.history.base), codes_(model.codes), pending_(codes_.size(), kOutside) {
     const MergeHistory& history = model.history;
+    const CodedHistory coded(history, model.codes, model.grid);
     before_.resize(history.merges.size());
     for (std::uint32_t k = 0; k < history.generation_count(); ++k) {
       for (std::uint32_t m = history.generation_begin[k]; m < history.generation_begin[k + 1]; ++m) {
         const MergeRecord& merge = history.merges[m];
         before_[m] = codes_[merge.root];
         codes_[merge.root] =
-            place_after_merge(codes_[merge.root], codes_[merge.removed], merge.parent, history.generation_count() - k);
+            place_after_merge(codes_[merge.root], codes_[merge.removed], merge.parent, history.generation_count() - k,
+                              coded.shift(m));
       }
     }
   }
@@ -94,8 +97,8 @@ class Refiner {
 
 }  // namespace
 
-MeasuredModel::MeasuredModel(const TriangleMesh& model, int bits, std::uint32_t base_vertices)
-    : mesh(model), grid(PositionGrid::fit(model.positions, bits)), history(simplified(model, base_vertices)) {
+MeasuredModel::MeasuredModel(const TriangleMesh& model, int bits, std::uint32_t base_vertices, const CostOptions& cost)
+    : mesh(model), grid(PositionGrid::fit(model.positions, bits)), history(simplified(model, base_vertices, cost)) {
   for (const glm::dvec3& p : mesh.positions) codes.push_back(grid.encode(p));
   errors = measured(*this);
 }

@@ -14,7 +14,7 @@ struct MeasuredModel {
   MergeHistory history;
   SurfaceErrors errors;
 
-  MeasuredModel(const TriangleMesh& model, int bits, std::uint32_t base_vertices);
+  MeasuredModel(const TriangleMesh& model, int bits, std::uint32_t base_vertices, const CostOptions& cost = {});
   TriangleMesh full() const;
 };
 

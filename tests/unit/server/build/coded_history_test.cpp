@@ -14,7 +14,7 @@ class Replay {
  public:
   explicit Replay(const TriangleMesh& mesh, const SimplifyOptions& options)
       : history_(simplify(mesh, options)),
-        coded_(history_, places_of(mesh)),
+        coded_(history_, places_of(mesh), PositionGrid::fit(mesh.positions, 12)),
         base_(coded_.base(numbers_)),
         source_(coded_, numbers_, mesh.positions.size()),
         number_(mesh.positions.size(), kOutside),
