@@ -14,9 +14,10 @@ namespace {
 constexpr int kSweeps = 4;
 // In small meshes, where a fan more or less counts, the search for centres comes near the fewest possible in so many
 // steps a vertex; in larger ones it would take too long.
-constexpr std::size_t kStepsPerVertex = 32;
+constexpr std::size_t kStepsPerVertex = 64;
 constexpr std::size_t kMostSteps = 32'768;
-constexpr std::size_t kMostSearchedVertices = 4096;
+constexpr std::size_t kMostSearchedVertices = 2048;
+constexpr int kSweepsAfterSearch = 16;
 
 FaceOwners owners_by(CoverMethod method, const VertexStars& stars) {
   if (method == CoverMethod::paper) return paper_owners(stars);
@@ -24,7 +25,7 @@ FaceOwners owners_by(CoverMethod method, const VertexStars& stars) {
   if (method == CoverMethod::greedy) return owners;
   improve_owners(stars, kSweeps, owners);
   if (stars.vertex_count() <= kMostSearchedVertices) {
-    search_centers(stars, std::min(kMostSteps, kStepsPerVertex * stars.vertex_count()), kSweeps, owners);
+    search_centers(stars, std::min(kMostSteps, kStepsPerVertex * stars.vertex_count()), kSweepsAfterSearch, owners);
   }
   return owners;
 }

@@ -64,7 +64,7 @@ class CenterSearch {
 
  private:
   // Of many centres only so many, picked at random, are compared for which is to leave.
-  static constexpr std::size_t kSamples = 50;
+  static constexpr std::size_t kSamples = 30;
 
   struct Vertex {
     std::int64_t score = 0;       // weight of the faces that would lose (a centre) or find (another) their only centre

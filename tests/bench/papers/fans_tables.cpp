@@ -20,6 +20,9 @@ namespace {
 
 constexpr double kMostIssuedPerVertex = 2.75;
 
+// E_dist + E_spring over the vertices; the best of both ends and the middle.
+const CostOptions kPaperCost{CostKind::fans, Placement::ends_middle, {}, {}, {}, {}, 1};
+
 // A line of the paper's tables 1 to 3.
 struct PrintedLevel {
   std::uint32_t level, vertices, fans, issued, isolated;
@@ -54,14 +57,15 @@ struct Level {
 struct Worst {
   double issued_per_vertex = 0.0;
   std::uint32_t vertices = 0;
-  double least = 0.0;  // that level cannot be drawn with fewer
+  double least = 0.0;      // that level cannot be drawn with fewer
+  std::size_t levels = 0;  // looked at
+  std::size_t above = 0;   // of these above kMostIssuedPerVertex
 };
 
 struct Figures {
   std::vector<Level> single, ours;  // coarse to fine; of ours those at the same numbers of vertices come last
   std::size_t ours_coarser = 0;     // so many come before
-  Worst worst;                      // of all our levels looked at
-  std::size_t levels_looked_at = 0;
+  Worst worst;                      // of our levels at all numbers of vertices
 };
 
 double issued_per_vertex(std::size_t vertices, std::size_t faces, std::size_t fans) {
@@ -99,10 +103,7 @@ class Measurement {
   }
 
   Result<void> measure_single() {
-    const auto quadric = [](const SingleGeneration::State& state) {
-      return make_quadric_cost(state.original, state.rings);
-    };
-    const auto made = SingleGeneration::build(subject_.mesh, quadric);
+    const auto made = SingleGeneration::build(subject_.mesh, kPaperCost);
     if (!made) return tl::unexpected(made.error());
     SingleGeneration& single = **made;
     const std::size_t finest = single.level_count() - 1;
@@ -153,10 +154,13 @@ class Measurement {
       const Result<FanMesh> fans = cover_with_fans(count, mesh.triangles);
       if (!fans) return tl::unexpected(fans.error());
       const double issued = fan_statistics(count, *fans).issued_per_vertex();
-      ++figures_.levels_looked_at;
-      if (issued <= figures_.worst.issued_per_vertex) continue;
-      const std::size_t least = least_fans(count, mesh.triangles);
-      figures_.worst = {issued, count, issued_per_vertex(count, mesh.triangles.size(), least)};
+      Worst& worst = figures_.worst;
+      ++worst.levels;
+      worst.above += issued > kMostIssuedPerVertex ? 1 : 0;
+      if (issued <= worst.issued_per_vertex) continue;
+      worst.issued_per_vertex = issued;
+      worst.vertices = count;
+      worst.least = issued_per_vertex(count, mesh.triangles.size(), least_fans(count, mesh.triangles));
     }
     return {};
   }
@@ -202,14 +206,16 @@ Section levels_section(const std::vector<Subject>& subjects, const std::vector<F
     add_levels(subjects[i].name, "paper's, here", figures[i].single, table);
     add_levels(subjects[i].name, "ours", figures[i].ours, table);
   }
-  return {"fans_levels",
-          "levels (the paper's tables 1 to 4). Paper's, here: converted to fans once (section 3.2, candidates by "
-          "ascending number, which the paper leaves open), merged by quadric error until nothing can be merged; fans "
-          "persist. Ours: the builder's generations, covered afresh at each level as the client draws it; FM0, two "
-          "levels above it, then at the numbers of vertices of the paper's scheme. A fan of f faces issues f + 2 "
-          "vertices; the paper's printed N at its coarsest and middle levels is above f + 2F by its isolated triangles "
-          "plus the level's number. RMS: distance from the input, both ways, in thousandths of the diagonal",
-          std::move(table)};
+  return {
+      "fans_levels",
+      "levels (the paper's tables 1 to 4). Paper's, here: converted to fans once (section 3.2; candidates by "
+      "ascending number, an order that the paper leaves open), merged by E_dist + E_spring, X the vertices, until "
+      "nothing can be merged; fans persist. Ours: the builder's generations, covered afresh at each level as the "
+      "client draws it: FM0, two levels above it, then at the numbers of vertices of the paper's scheme. A fan of f "
+      "faces issues f + 2 vertices; the N that the paper prints for its coarsest and middle levels is above f + 2F by "
+      "its isolated triangles and the level's number. RMS: distance from the input, both ways, in thousandths of the "
+      "diagonal",
+      std::move(table)};
 }
 
 Section summary_section(const std::vector<Subject>& subjects, const std::vector<Figures>& figures) {
@@ -222,6 +228,7 @@ Section summary_section(const std::vector<Subject>& subjects, const std::vector<
                {"our_rms_thousandths", "ours ", 3},
                {"rms_ratio", "ours / paper's", 2},
                {"levels", "our levels", 0},
+               {"levels_above", "above 2.75", 0},
                {"worst_issued_per_vertex", "worst N/n", 3},
                {"worst_vertices", "at", 0},
                {"worst_bound", "not below", 3}});
@@ -237,8 +244,8 @@ Section summary_section(const std::vector<Subject>& subjects, const std::vector<
     table.add_row({subjects[i].name, whole(subjects[i].mesh.positions.size()), printed,
                    removed(static_cast<double>(single.statistics.vertices)),
                    removed(static_cast<double>(f.ours.front().statistics.vertices)), 1e3 * single.rms, 1e3 * ours.rms,
-                   ratio, whole(f.levels_looked_at), f.worst.issued_per_vertex, whole(f.worst.vertices),
-                   f.worst.least});
+                   ratio, whole(f.worst.levels), whole(f.worst.above), f.worst.issued_per_vertex,
+                   whole(f.worst.vertices), f.worst.least});
   }
   return {
       "fans_summary",
@@ -250,12 +257,15 @@ Section summary_section(const std::vector<Subject>& subjects, const std::vector<
 Section limits_section(const std::vector<Subject>& subjects, const std::vector<Figures>& figures) {
   Limits limits;
   for (std::size_t i = 0; i < subjects.size(); ++i) {
-    const double worst = figures[i].worst.issued_per_vertex;
+    const std::string& name = subjects[i].name;
+    double worst = 0.0;
+    for (const Level& level : figures[i].ours) worst = std::max(worst, level.statistics.issued_per_vertex());
     if (subjects[i].is_limited) {
-      limits.at_most("issued vertices per vertex, every level", subjects[i].name, worst, kMostIssuedPerVertex);
+      limits.at_most("issued vertices per vertex, at our levels of the table", name, worst, kMostIssuedPerVertex);
     } else {
-      limits.measured("issued vertices per vertex, every level", subjects[i].name, worst);
+      limits.measured("issued vertices per vertex, at our levels of the table", name, worst);
     }
+    limits.measured("issued vertices per vertex, at any number of vertices", name, figures[i].worst.issued_per_vertex);
   }
   return {"fans_limits", "figures and limits", limits.take()};
 }
@@ -295,7 +305,7 @@ Result<std::vector<Subject>> make_subjects(const PapersOptions& options) {
                         (*reduced)->level(count),
                         printed,
                         fmt::format("fans_{}.png", count),
-                        {-0.4, 0.3, -1.0},
+                        {0.4, 0.3, 1.0},
                         false});
   }
   return subjects;

@@ -18,7 +18,7 @@ std::vector<GridPoint> places_on(const PositionGrid& grid, const TriangleMesh& m
 OurLevels::OurLevels(const TriangleMesh& mesh, MergeHistory history)
     : grid_(PositionGrid::fit(mesh.positions, PositionGrid::default_bits(mesh))),
       history_(std::move(history)),
-      coded_(history_, places_on(grid_, mesh)),
+      coded_(history_, places_on(grid_, mesh), grid_),
       replay_(coded_, grid_, static_cast<std::uint32_t>(mesh.positions.size())) {}
 
 Result<std::unique_ptr<OurLevels>> OurLevels::build(const TriangleMesh& mesh,

@@ -2,7 +2,6 @@
 // until none can be merged any more.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <queue>
 #include <vector>
@@ -13,24 +12,17 @@
 
 namespace fanstream::bench {
 
-// The conversion is that of section 3.2 (CoverMethod::paper). A merge joins two fans into one around a centre at one of
-// the two or halfway, as the cost proposes. Its conditions are those of section 2.3: (1) the centres are neighbours;
+// The conversion is that of section 3.2 (CoverMethod::paper). A merge joins two fans into one around a centre where
+// the cost proposes it. Its conditions are those of section 2.3: (1) the centres are neighbours;
 // (2) all faces around either belong to one of the two fans. A merge that turns a face over is refused (section 3.3),
 // as is one that leaves no manifold. Of all pairs that may be merged the cheapest goes first.
 //
 // Fans persist: level k, of k splits, has k fans and k vertices more than level 0, and each split touches one fan only.
 class SingleGeneration {
  public:
-  // The mesh as it changes: what a cost may look at.
-  struct State {
-    TriangleMesh original;
-    RingMesh rings;
-    std::vector<glm::dvec3> places;
-  };
-  using MakeCost = std::function<std::unique_ptr<MergeCost>(const State&)>;
-
-  // Merges all that can be merged: stands at level 0. `mesh` must be an oriented manifold. Fails as cover_with_fans.
-  static Result<std::unique_ptr<SingleGeneration>> build(const TriangleMesh& mesh, const MakeCost& make_cost);
+  // Merges all that can be merged: stands at level 0. `mesh` must be an oriented manifold. Fails as cover_with_fans and
+  // check_cost_options do.
+  static Result<std::unique_ptr<SingleGeneration>> build(const TriangleMesh& mesh, const CostOptions& cost);
 
   std::size_t level_count() const { return merges_.size() + 1; }
   std::size_t level() const { return level_; }
@@ -60,6 +52,7 @@ class SingleGeneration {
     double cost = 0.0;
     VertexId root = 0, removed = 0;
     ParentPosition parent = ParentPosition::kept;
+    glm::dvec3 target{0.0};   // where the parent goes
     std::uint32_t stamp = 0;  // whether an end has changed since it was judged
   };
   struct IsDearer {
@@ -77,15 +70,18 @@ class SingleGeneration {
   void merge_all(MergeCost& cost);
   void consider(VertexId a, VertexId b, const MergeCost& cost);
   bool keeps_faces_upright(const Pair& pair) const;
-  glm::dvec3 target_of(const Pair& pair) const;
+  glm::dvec3 target_of(VertexId root, VertexId removed, const MergeProposal& proposal) const;
   void merge(const Pair& pair);
+  void consider_around(VertexId root, const MergeCost& cost);
   LooseFan whole_fan(VertexId center) const;
   std::uint32_t faces_around(VertexId v) const;
   void split_once();
   void merge_once();
   std::vector<VertexId> numbers() const;
 
-  State state_;
+  TriangleMesh original_;
+  RingMesh rings_;
+  std::vector<glm::dvec3> places_;
   std::vector<LooseFan> fan_of_;          // by centre, where it has one fan
   std::vector<std::uint32_t> fan_count_;  // by centre
   std::vector<LooseFan> others_;          // those of centres with several: condition 2 never holds for these
