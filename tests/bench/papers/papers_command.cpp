@@ -31,7 +31,7 @@ int run(const Arguments& arguments, const std::string& command_line) {
   const Result<PapersFigures> figures = measure_papers(parts, options);
   if (!figures) return report_error(figures.error());
   fmt::print("{}", print_sections(figures->sections, {machine, command_line}, arguments.format.format()));
-  say(fmt::format("pictures in {}", arguments.pictures));
+  if (!figures->sections.empty()) say(fmt::format("pictures in {}", arguments.pictures));
   int code = 0;
   for (const Error& failure : figures->failures) {
     const int exit = report_error(failure);

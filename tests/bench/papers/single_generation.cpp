@@ -179,6 +179,14 @@ void SingleGeneration::merge_once() {
   --level_;
 }
 
+std::vector<VertexId> SingleGeneration::vertices() const {
+  std::vector<VertexId> vertices;
+  for (VertexId v = 0; v < fan_of_.size(); ++v) {
+    if (rings_.contains(v)) vertices.push_back(v);
+  }
+  return vertices;
+}
+
 std::vector<VertexId> SingleGeneration::numbers() const {
   std::vector<VertexId> number(fan_of_.size(), 0);
   VertexId next = 0;

@@ -29,11 +29,13 @@ class SingleGeneration {
   // Splits or merges along the history. Precondition: level < level_count().
   void go_to(std::size_t level);
 
-  // Vertices renumbered without gaps in the order of their numbers.
+  // The original's numbers of the vertices that there are, ascending; mesh() and fans() number them in this order.
+  std::vector<VertexId> vertices() const;
   TriangleMesh mesh() const;
   FanMesh fans() const;  // their vertices have no normals
 
-  // Whether the two conditions hold for the fans of these centres as they are. Exposed for tests.
+  // Whether the two conditions hold for the fans of these centres (by the original's numbers) as they are. Exposed for
+  // tests.
   bool conditions_hold(VertexId a, VertexId b) const;
   // What a step from level k to k + 1 splits. Precondition: k + 1 < level_count().
   struct Split {
