@@ -15,6 +15,24 @@
 namespace fanstream {
 namespace {
 
+Granularity granularity_of(const TriangleMesh& mesh, const BuildOptions& options) {
+  const Granularity usual = default_granularity(static_cast<std::uint32_t>(mesh.positions.size()));
+  return {options.cell_vertices.value_or(usual.cell_vertices), options.slab_growth.value_or(usual.slab_growth),
+          options.segment_splits.value_or(usual.segment_splits),
+          options.edges_per_vertex.value_or(usual.edges_per_vertex), options.evenness.value_or(usual.evenness)};
+}
+
+// A 256th of the model. Handles add faces that no merge takes away (faces less twice the vertices stay the same), and
+// more than 2.07 faces a vertex are hardly drawn with 2.9 issued vertices each: such models stop earlier, at 1 % or
+// 400.
+std::uint32_t default_base_vertices(const TriangleMesh& mesh) {
+  const auto vertices = static_cast<std::uint32_t>(mesh.positions.size());
+  const std::int64_t excess = static_cast<std::int64_t>(mesh.triangles.size()) - 2 * std::int64_t{vertices};
+  const std::int64_t few_handles = std::min<std::int64_t>(14 * excess, std::max(400U, vertices / 100U));
+  const std::uint32_t usual = std::clamp(vertices / 256U, 48U, 256U);
+  return std::max(usual, static_cast<std::uint32_t>(std::max<std::int64_t>(0, few_handles)));
+}
+
 class Builder {
  public:
   Builder(const TriangleMesh& mesh, const BuildOptions& options)
@@ -49,13 +67,6 @@ class Builder {
   }
 
  private:
-  static Granularity granularity_of(const TriangleMesh& mesh, const BuildOptions& options) {
-    const Granularity usual = default_granularity(static_cast<std::uint32_t>(mesh.positions.size()));
-    return {options.cell_vertices.value_or(usual.cell_vertices), options.slab_growth.value_or(usual.slab_growth),
-            options.segment_splits.value_or(usual.segment_splits),
-            options.edges_per_vertex.value_or(usual.edges_per_vertex), options.evenness.value_or(usual.evenness)};
-  }
-
   void report(std::string_view stage, double fraction) const {
     if (options_.progress) options_.progress(stage, fraction);
   }
@@ -73,22 +84,8 @@ class Builder {
     head_.grid = PositionGrid::fit(mesh_.positions, options_.position_bits.value_or(PositionGrid::default_bits(mesh_)));
   }
 
-  // A 256th of the model. Handles add faces that no merge takes away (faces less twice the vertices stay the same), and
-  // more than 2.07 faces a vertex are hardly drawn with 2.9 issued vertices each: such models stop earlier, at 1 % or
-  // 400.
-  std::uint32_t default_base_vertices() const {
-    const std::int64_t excess = std::int64_t{head_.triangle_count} - 2 * std::int64_t{head_.vertex_count};
-    const std::int64_t few_handles = std::min<std::int64_t>(14 * excess, std::max(400U, head_.vertex_count / 100U));
-    const std::uint32_t usual = std::clamp(head_.vertex_count / 256U, 48U, 256U);
-    return std::max(usual, static_cast<std::uint32_t>(std::max<std::int64_t>(0, few_handles)));
-  }
-
   MergeHistory run_simplify() const {
-    SimplifyOptions simplify_options;
-    simplify_options.base_vertices = options_.base_vertices.value_or(default_base_vertices());
-    simplify_options.edges_per_vertex = granularity_.edges_per_vertex;
-    simplify_options.cost = options_.cost;
-    simplify_options.evenness = granularity_.evenness;
+    SimplifyOptions simplify_options = simplify_options_of(mesh_, options_);
     simplify_options.progress = [this](double fraction) { report("simplify", fraction); };
     return simplify(mesh_, simplify_options);
   }
@@ -259,6 +256,16 @@ class Builder {
 
 Result<BuiltAsset> build_asset(const TriangleMesh& mesh, const BuildOptions& options) {
   return Builder(mesh, options).build();
+}
+
+SimplifyOptions simplify_options_of(const TriangleMesh& mesh, const BuildOptions& options) {
+  const Granularity granularity = granularity_of(mesh, options);
+  SimplifyOptions result;
+  result.base_vertices = options.base_vertices.value_or(default_base_vertices(mesh));
+  result.edges_per_vertex = granularity.edges_per_vertex;
+  result.evenness = granularity.evenness;
+  result.cost = options.cost;
+  return result;
 }
 
 Result<SplitSample> sample_splits(const TriangleMesh& mesh, const BuildOptions& options) {

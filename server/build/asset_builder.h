@@ -7,7 +7,7 @@
 #include "common/asset/asset_layout.h"
 #include "common/mesh/triangle_mesh.h"
 #include "common/support/result.h"
-#include "server/build/cost_options.h"
+#include "server/build/simplifier.h"
 #include "server/build/split_training.h"
 
 namespace fanstream {
@@ -44,6 +44,9 @@ struct BuiltAsset {
 // vertices, if check_cost_options does, or if a stage reports an error. Deterministic: the same mesh and options give the same bytes, however many
 // threads share the work. `progress` is called on the calling thread.
 Result<BuiltAsset> build_asset(const TriangleMesh& mesh, const BuildOptions& options);
+
+// How build_asset simplifies: what it is given, and its defaults for the rest.
+SimplifyOptions simplify_options_of(const TriangleMesh& mesh, const BuildOptions& options);
 
 // What a mesh's splits look like to the coder: the material that built-in statistics are made from.
 Result<SplitSample> sample_splits(const TriangleMesh& mesh, const BuildOptions& options);

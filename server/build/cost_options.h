@@ -29,19 +29,20 @@ namespace fanstream {
 enum class CostKind : std::uint8_t { fans, quadric, curvature };
 enum class Placement : std::uint8_t { ends_middle, end, segment, optimal };
 enum class Curvature : std::uint8_t { mean, gaussian, principal };
-// accumulated: a vertex stands for the original faces around all that was merged into it. memoryless: for the faces that are
-// around it now (Lindstrom and Turk 1998), so that what has been given up is given up.
+// accumulated: a vertex stands for the original faces around all that was merged into it. memoryless: at the start of every
+// generation for the faces that are around it then (after Lindstrom and Turk 1998): what has been given up is given up.
 enum class Quadrics : std::uint8_t { accumulated, memoryless };
 
 struct CostOptions {
   CostKind cost = CostKind::quadric;
   Placement placement = Placement::ends_middle;
-  std::optional<Quadrics> quadrics;      // of quadric and curvature; default: accumulated
-  std::optional<Curvature> curvature;    // of curvature; default: mean
-  std::optional<double> kappa;           // of fans: the springs' stiffness, at least 0; default: kUsualKappa
-  std::optional<std::uint32_t> samples;  // of fans: points besides the vertices, by area; default: 0, at most kMostSamples
+  std::optional<Quadrics> quadrics{};    // of quadric and curvature; default: accumulated
+  std::optional<Curvature> curvature{};  // of curvature; default: mean
+  std::optional<double> kappa{};         // of fans: the springs' stiffness, at least 0; default: kUsualKappa
+  std::optional<std::uint32_t> samples{};  // of fans: points besides the vertices, by area; default: 0, at most kMostSamples
   std::uint64_t seed = 1;                // of the samples
 
+  static constexpr Quadrics kUsualQuadrics = Quadrics::memoryless;
   static constexpr double kUsualKappa = 1e-3;
   static constexpr std::uint32_t kMostSamples = 1U << 28U;
   bool operator==(const CostOptions&) const = default;

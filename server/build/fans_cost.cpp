@@ -51,7 +51,7 @@ class FansCost final : public MergeCost {
     points_.merge(root, removed, view_.places);
   }
 
-  bool looks_around() const override { return true; }
+  bool begin_generation() override { return true; }
 
  private:
   static constexpr double kNoLimit = std::numeric_limits<double>::infinity();

@@ -34,9 +34,9 @@ class MergeCost {
   virtual void fetch(std::span<const VertexId> /*vertices*/) const {}
   // Called after the merge has been made and the root has its new place; `parent` says where, of the two it was.
   virtual void merged(VertexId root, VertexId removed, ParentPosition parent) = 0;
-  // Whether a proposal depends on more than the two vertices and what was merged into them, so that merges beside them
-  // change it.
-  virtual bool looks_around() const { return false; }
+  // Called before every generation but the first. Returns whether proposals may have changed for edges whose ends have
+  // not: because of merges beside them.
+  virtual bool begin_generation() { return false; }
 };
 
 // Precondition: check_cost_options(options), and `view` is of the mesh before the first merge.

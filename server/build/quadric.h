@@ -27,6 +27,14 @@ struct Quadric {
     xx += q.xx, xy += q.xy, xz += q.xz, yy += q.yy, yz += q.yz, zz += q.zz;
     bx += q.bx, by += q.by, bz += q.bz, c += q.c;
   }
+  // This one's share of both, the other's the rest.
+  void mix(double share, const Quadric& q) {
+    const double rest = 1.0 - share;
+    xx = share * xx + rest * q.xx, xy = share * xy + rest * q.xy, xz = share * xz + rest * q.xz;
+    yy = share * yy + rest * q.yy, yz = share * yz + rest * q.yz, zz = share * zz + rest * q.zz;
+    bx = share * bx + rest * q.bx, by = share * by + rest * q.by, bz = share * bz + rest * q.bz;
+    c = share * c + rest * q.c;
+  }
   double at(const glm::dvec3& p) const {
     return p.x * (xx * p.x + 2 * (xy * p.y + xz * p.z + bx)) + p.y * (yy * p.y + 2 * (yz * p.z + by)) +
            p.z * (zz * p.z + 2 * bz) + c;

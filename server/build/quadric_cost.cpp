@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <cstdlib>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <type_traits>
 
 #include "server/build/merge_cost.h"
 #include "server/build/prefetch.h"
@@ -25,47 +28,70 @@ constexpr double kEdgeShare = 4.0e-5;
 // An optimum may lie this far from the middle of the edge, in edge lengths.
 constexpr double kFarthest = 1.0;
 
-// The faces' planes alone, once more: what shifting them all by the same distance needs to know.
-struct PlaneSums {
-  glm::dvec3 normal{0.0};  // weighted
-  double offset = 0.0;     // likewise
-  double weight = 0.0;
-  double bend = 0.0;  // the curvature at the vertex times the square of a length: a length
+// The planes are shifted by (H1 + H2) |u|^2 / 128: a surface of that curvature rises by a quarter of this over an edge u at
+// its middle (H as vertex_curvature has it is 2/r on a sphere), so it is little where edges are short, and grows as they do.
+// By K |u|^3 / 128 for the gaussian curvature. At most by an eighth of the edge, whatever sharp corners say.
+constexpr double kBend = 1.0 / 128.0;
+constexpr double kMostBend = 1.0 / 8.0;
 
-  void add_plane(const glm::dvec3& n, double plane_offset, double w) {
+// What a vertex stands for.
+struct Planes {
+  Quadric quadric;
+  void add_face(const glm::dvec3& n, double offset, double weight) { quadric.add_plane(n, offset, weight); }
+  void add(const Planes& other) { quadric.add(other.quadric); }
+  void clear() { quadric = {}; }
+};
+
+// The same where curvature shifts the faces' planes: what shifting all of them by one distance needs to know.
+struct alignas(64) CurvedPlanes {
+  Quadric quadric;
+  glm::dvec3 normal{0.0};  // weighted sums over the faces' planes
+  double offset = 0.0;
+  double weight = 0.0;
+  double curvature = 0.0;  // at the vertex, as the original had it
+
+  void add_face(const glm::dvec3& n, double plane_offset, double w) {
+    quadric.add_plane(n, plane_offset, w);
     normal += w * n;
     offset += w * plane_offset;
     weight += w;
   }
-  void add(const PlaneSums& other) {
+  void add(const CurvedPlanes& other) {
+    quadric.add(other.quadric);
     normal += other.normal;
     offset += other.offset;
     weight += other.weight;
   }
+  void clear() { *this = {{}, glm::dvec3(0.0), 0.0, 0.0, curvature}; }
 };
+static_assert(sizeof(CurvedPlanes) == 128);
 
+template <class VertexPlanes>
 class QuadricCost final : public MergeCost {
  public:
   QuadricCost(const MeshView& view, const CostOptions& options, double evenness)
       : view_(view),
-        quadrics_(view.places.size()),
+        planes_(view.places.size()),
         placement_(options.placement),
-        memoryless_(options.quadrics == Quadrics::memoryless),
+        memoryless_(options.quadrics.value_or(CostOptions::kUsualQuadrics) == Quadrics::memoryless),
         evenness_(evenness) {
     const Bounds box = bounds_of(view.places);
     origin_ = 0.5 * (box.low + box.high);
-    if (options.cost == CostKind::curvature) add_curvature(options.curvature.value_or(Curvature::mean));
-    add_faces();
+    if constexpr (kCurved) add_curvature(options.curvature.value_or(Curvature::mean));
+    for (const Triangle& t : view.original.triangles) add_face(t);
     add_boundary();
+    if (!memoryless_) return;
+    alive_.resize(planes_.size());
+    std::iota(alive_.begin(), alive_.end(), VertexId{0});
   }
 
   MergeProposal propose(VertexId root, VertexId removed) const override {
-    Quadric sum = quadrics_[root];
-    sum.add(quadrics_[removed]);
+    Quadric sum = planes_[root].quadric;
+    sum.add(planes_[removed].quadric);
     const glm::dvec3 a = view_.places[root] - origin_;
     const glm::dvec3 b = view_.places[removed] - origin_;
     const double area = sum.trace();
-    if (!sums_.empty()) bend(sum, root, removed, glm::dot(b - a, b - a));
+    if constexpr (kCurved) bend(sum, planes_[root], planes_[removed], glm::dot(b - a, b - a));
     MergeProposal best{std::fabs(sum.at(a)), ParentPosition::kept};
     const double at_removed = std::fabs(sum.at(b));
     if (at_removed < best.cost) best = {at_removed, ParentPosition::added};
@@ -76,41 +102,45 @@ class QuadricCost final : public MergeCost {
       place_freely(sum, a, b, best);
     }
     const glm::dvec3 edge = b - a;
-    best.cost = evened(best.cost, area) + evened(kEdgeShare * glm::dot(edge, edge) * area, area);
+    best.cost = finite(evened(best.cost, area) + evened(kEdgeShare * glm::dot(edge, edge) * area, area));
     return best;
   }
 
   void fetch(std::span<const VertexId> vertices) const override {
     for (const VertexId v : vertices) {
       if (v == kOutside) continue;
-      prefetch(&quadrics_[v].xx);
-      prefetch(&quadrics_[v].c);
-      if (!sums_.empty()) prefetch(&sums_[v]);
+      prefetch(&planes_[v].quadric.xx);
+      prefetch(&planes_[v].quadric.c);
     }
   }
 
-  void merged(VertexId root, VertexId removed, ParentPosition parent) override {
-    if (!sums_.empty()) {
-      PlaneSums& sums = sums_[root];
-      if (parent == ParentPosition::added) sums.bend = sums_[removed].bend;
-      if (parent == ParentPosition::middle || parent == ParentPosition::free) {
-        sums.bend = 0.5 * (sums.bend + sums_[removed].bend);
-      }
+  void merged(VertexId root, VertexId removed, [[maybe_unused]] ParentPosition parent) override {
+    planes_[root].add(planes_[removed]);
+    if constexpr (kCurved) {
+      double& curvature = planes_[root].curvature;
+      const double other = planes_[removed].curvature;
+      if (parent == ParentPosition::added) curvature = other;
+      if (parent == ParentPosition::middle || parent == ParentPosition::free) curvature = 0.5 * (curvature + other);
     }
-    if (memoryless_) {
-      take_present_faces(root);
-      for (const VertexId w : view_.rings.ring(root)) {
-        if (w != kOutside) take_present_faces(w);
-      }
-      return;
-    }
-    quadrics_[root].add(quadrics_[removed]);
-    if (!sums_.empty()) sums_[root].add(sums_[removed]);
   }
 
-  bool looks_around() const override { return memoryless_; }
+  bool begin_generation() override {
+    if (!memoryless_) return false;
+    std::erase_if(alive_, [&](VertexId v) { return !view_.rings.contains(v); });
+    for (const VertexId v : alive_) planes_[v].clear();
+    for (const VertexId v : alive_) add_present_faces(v);
+    return true;
+  }
 
  private:
+  static constexpr bool kCurved = std::is_same_v<VertexPlanes, CurvedPlanes>;
+
+  // Squares of the largest coordinates overflow: then all merges cost the same.
+  static double finite(double cost) {
+    constexpr double kMost = std::numeric_limits<double>::max();
+    return cost <= kMost ? cost : kMost;
+  }
+
   // Times the mean square distance to the power of evenness.
   double evened(double sum, double area) const {
     return evenness_ > 0.0 && area > 0.0 ? sum * std::pow(sum / area, evenness_) : sum;
@@ -135,21 +165,12 @@ class QuadricCost final : public MergeCost {
     if (k && *k > 0.0 && *k < 1.0) consider(a + *k * u);  // else the better end, where clamping puts it
   }
 
-  // Shifts the faces' planes by what the ends' curvature amounts to.
-  void bend(Quadric& sum, VertexId root, VertexId removed, double edge2) const {
-    const PlaneSums& a = sums_[root];
-    const PlaneSums& b = sums_[removed];
-    static const int mode = getenv("CURV_MODE") ? atoi(getenv("CURV_MODE")) : 1;
-    static const double scale = getenv("CURV_SCALE") ? atof(getenv("CURV_SCALE")) : 1.0;
-    static const int local = getenv("CURV_LOCAL") ? atoi(getenv("CURV_LOCAL")) : 0;
-    double s = local ? scale * edge2 / mean_edge2_ : scale;
-    if (mode == 3) {
-      const double h = s * (std::fabs(a.bend) + std::fabs(b.bend));
-      sum.c += (a.weight + b.weight) * h * h;
-      return;
-    }
-    if (mode == 4) s = -s;
-    const double h = s * (a.bend + b.bend);
+  // Shifts the faces' planes by what the ends' curvature amounts to over the edge.
+  void bend(Quadric& sum, const VertexPlanes& a, const VertexPlanes& b, double edge2) const {
+    double turn = kBend * (a.curvature + b.curvature);  // shift over squared edge
+    if (curvature_ == Curvature::gaussian) turn *= std::sqrt(edge2);
+    const bool is_sharp = turn * turn * edge2 > kMostBend * kMostBend;
+    const double h = is_sharp ? std::copysign(kMostBend * std::sqrt(edge2), turn) : turn * edge2;
     const glm::dvec3 n = a.normal + b.normal;
     sum.bx += h * n.x;
     sum.by += h * n.y;
@@ -158,41 +179,21 @@ class QuadricCost final : public MergeCost {
   }
 
   void add_curvature(Curvature which) {
-    sums_.resize(quadrics_.size());
-    double edges2 = 0.0;
-    double edges = 0.0;
-    for (const Triangle& t : view_.original.triangles) {
-      for (int i = 0; i < 3; ++i) {
-        const glm::dvec3 edge = view_.places[t[(i + 1) % 3]] - view_.places[t[i]];
-        edges2 += glm::dot(edge, edge);
-        edges += 1.0;
-      }
-    }
-    mean_edge2_ = edges2 / edges;
-    const double cap = std::sqrt(mean_edge2_);
-    const std::vector<double> curvature = vertex_curvature(view_.rings, view_.places, which);
-    const double unit = which == Curvature::gaussian ? mean_edge2_ * cap : mean_edge2_;
-    for (VertexId v = 0; v < sums_.size(); ++v) sums_[v].bend = std::clamp(curvature[v] * unit, -10*cap, 10*cap);
+    curvature_ = which;
+    const std::vector<double> curvature = vertex_curvature(view_.original, view_.rings, which);
+    for (VertexId v = 0; v < planes_.size(); ++v) planes_[v].curvature = curvature[v];
   }
 
-  void add_face(const Triangle& t, const glm::dvec3& p0, const glm::dvec3& p1, const glm::dvec3& p2,
-                std::span<const VertexId> to) {
-    const glm::dvec3 normal = glm::cross(p1 - p0, p2 - p0);
+  void add_face(const Triangle& t) {
+    const glm::dvec3& p = view_.places[t[0]];
+    const glm::dvec3 normal = glm::cross(view_.places[t[1]] - p, view_.places[t[2]] - p);
     const double length = glm::length(normal);
     if (length == 0.0) return;
-    (void)t;
     const glm::dvec3 n = normal / length;
-    const double offset = -glm::dot(n, p0 - origin_);
-    Quadric q;
-    q.add_plane(n, offset, 0.5 * length);
-    for (const VertexId v : to) quadrics_[v].add(q);
-    if (sums_.empty()) return;
-    for (const VertexId v : to) sums_[v].add_plane(n, offset, 0.5 * length);
-  }
-
-  void add_faces() {
-    const std::vector<glm::dvec3>& places = view_.places;
-    for (const Triangle& t : view_.original.triangles) add_face(t, places[t[0]], places[t[1]], places[t[2]], t);
+    const double offset = -glm::dot(n, p - origin_);
+    VertexPlanes face;
+    face.add_face(n, offset, 0.5 * length);
+    for (const VertexId v : t) planes_[v].add(face);
   }
 
   void add_boundary() {
@@ -201,13 +202,11 @@ class QuadricCost final : public MergeCost {
       const std::uint32_t gap = view_.rings.position_in_ring(v, kOutside);
       const auto size = static_cast<std::uint32_t>(ring.size());
       if (gap == size) continue;
-      const VertexId b = ring[(gap + 1) % size];
-      const VertexId ends[] = {v, b};
-      add_boundary_edge(v, b, ring[(gap + 2) % size], ends);
+      add_boundary_edge(v, ring[(gap + 1) % size], ring[(gap + 2) % size]);
     }
   }
 
-  void add_boundary_edge(VertexId a, VertexId b, VertexId opposite, std::span<const VertexId> to) {
+  void add_boundary_edge(VertexId a, VertexId b, VertexId opposite) {
     const std::vector<glm::dvec3>& places = view_.places;
     const glm::dvec3 along = places[b] - places[a];
     const glm::dvec3 face = glm::cross(along, places[opposite] - places[a]);
@@ -217,42 +216,42 @@ class QuadricCost final : public MergeCost {
     const glm::dvec3 n = upright / length;
     Quadric q;
     q.add_plane(n, -glm::dot(n, places[a] - origin_), kBoundaryWeight * glm::dot(along, along));
-    for (const VertexId v : to) quadrics_[v].add(q);
+    planes_[a].quadric.add(q);
+    planes_[b].quadric.add(q);
   }
 
-  void take_present_faces(VertexId v) {
-    quadrics_[v] = {};
-    if (!sums_.empty()) sums_[v] = {.bend = sums_[v].bend};
+  // Those of which v is the smallest corner, and the boundary edge from it.
+  void add_present_faces(VertexId v) {
     const auto ring = view_.rings.ring(v);
     const std::size_t size = ring.size();
-    const VertexId only[] = {v};
     for (std::size_t i = 0; i < size; ++i) {
       const VertexId w = ring[i];
-      const VertexId next = ring[(i + 1) % size];
+      const VertexId next = ring[i + 1 == size ? 0 : i + 1];
       if (w == kOutside) {
-        add_boundary_edge(v, next, ring[(i + 2) % size], only);
-      } else if (next == kOutside) {
-        add_boundary_edge(v, w, ring[(i + size - 1) % size], only);
-      } else {
-        add_face({v, w, next}, view_.places[v], view_.places[w], view_.places[next], only);
+        add_boundary_edge(v, next, ring[(i + 2) % size]);
+      } else if (next != kOutside && v < w && v < next) {
+        add_face({v, w, next});
       }
     }
   }
 
   MeshView view_;
-  std::vector<Quadric> quadrics_;
-  std::vector<PlaneSums> sums_;  // of the curvature cost
+  std::vector<VertexPlanes> planes_;
+  std::vector<VertexId> alive_;  // of the memoryless: what may still be in the mesh, ascending
+  Curvature curvature_ = Curvature::mean;
   glm::dvec3 origin_{0.0};
   Placement placement_;
   bool memoryless_;
   double evenness_;
-  double mean_edge2_ = 0.0;
 };
 
 }  // namespace
 
 std::unique_ptr<MergeCost> make_quadric_cost(const MeshView& view, const CostOptions& options, double evenness) {
-  return std::make_unique<QuadricCost>(view, options, evenness);
+  if (options.cost == CostKind::curvature) {
+    return std::make_unique<QuadricCost<CurvedPlanes>>(view, options, evenness);
+  }
+  return std::make_unique<QuadricCost<Planes>>(view, options, evenness);
 }
 
 }  // namespace fanstream

@@ -101,7 +101,7 @@ class Simplifier {
   }
 
   void run_generation(MergeHistory& history) {
-    if (cost_->looks_around() && !history.merges.empty()) {
+    if (!history.merges.empty() && cost_->begin_generation()) {
       queue_ = {};
       judge_all();
     }

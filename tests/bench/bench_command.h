@@ -21,6 +21,7 @@ struct BenchCommand {
 
 BenchCommand add_models_command(CLI::App& app);
 BenchCommand add_views_command(CLI::App& app);
+BenchCommand add_costs_command(CLI::App& app);
 BenchCommand add_papers_command(CLI::App& app);
 BenchCommand add_train_command(CLI::App& app);
 BenchCommand add_load_command(CLI::App& app);

@@ -1,5 +1,5 @@
-// fanstream-bench: sizes, shapes and speeds beside other programs' in one run; what views take; the source documents'
-// tables; training; load.
+// fanstream-bench: sizes, shapes and speeds beside other programs' in one run; what views take; costs of merges; the
+// source documents' tables; training; load.
 #include "common/support/result.h"
 #include "tests/bench/bench_command.h"
 
@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
       "Example:\n  fanstream-bench models ../shared/data/stanford_bunny_zipper.ply --quick\n\n"
       "'fanstream-bench COMMAND --help' tells more. Exit codes: 0 measured, 2 usage, 3 no such file, 4 writing, 5 bad "
       "input or a result that is not exact, 7 limit, 8 network.");
-  const BenchCommand commands[] = {add_models_command(app), add_views_command(app), add_papers_command(app),
-                                   add_train_command(app), add_load_command(app)};
+  const BenchCommand commands[] = {add_models_command(app), add_views_command(app), add_costs_command(app),
+                                   add_papers_command(app), add_train_command(app), add_load_command(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

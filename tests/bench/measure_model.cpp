@@ -8,7 +8,6 @@
 #include "common/fans/fan_cover.h"
 #include "common/import/mesh_cleaner.h"
 #include "common/import/mesh_import.h"
-#include "server/build/layer_plan.h"
 #include "server/build/simplifier.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/thread_clock.h"
@@ -198,13 +197,7 @@ class Measurement {
 
   Result<void> quality() {
     tell("levels");
-    SimplifyOptions simplify_options;
-    simplify_options.base_vertices = figures_.build.base_vertices;
-    simplify_options.cost = build_options_.cost;
-    const Granularity usual = default_granularity(static_cast<std::uint32_t>(mesh_.positions.size()));
-    simplify_options.edges_per_vertex = build_options_.edges_per_vertex.value_or(usual.edges_per_vertex);
-    simplify_options.evenness = build_options_.evenness.value_or(usual.evenness);
-    const MergeHistory history = simplify(mesh_, simplify_options);
+    const MergeHistory history = simplify(mesh_, simplify_options_of(mesh_, build_options_));
     if (history.base_vertices != figures_.build.base_vertices ||
         history.generation_count() != figures_.build.generations) {
       return fail(ErrorKind::bad_input, "simplify() gave " + std::to_string(history.base_vertices) +
@@ -212,7 +205,7 @@ class Measurement {
                                             " generations, the asset has " +
                                             std::to_string(figures_.build.base_vertices) + " in " +
                                             std::to_string(figures_.build.generations) +
-                                            "; bring measure_model.cpp in step with build_asset()");
+                                            "; simplify_options_of() is not what build_asset() does");
     }
     const PositionGrid& grid = asset_->asset_head()->grid;
     std::vector<GridPoint> places;
