@@ -240,8 +240,20 @@ class OffscreenRenderer::Implementation {
     std::vector<const void*> offsets;
     offsets.reserve(list.fan_offset_bytes.size());
     for (const std::uintptr_t offset : list.fan_offset_bytes) offsets.push_back(reinterpret_cast<const void*>(offset));
-    glMultiDrawElements(GL_TRIANGLE_FAN, list.fan_sizes.data(), GL_UNSIGNED_INT, offsets.data(),
-                        static_cast<GLsizei>(list.fan_sizes.size()));
+    for (std::size_t begin = 0, end = 0; begin < offsets.size(); begin = end) {
+      end = end_of_run(options.fan_colors, begin, offsets.size());
+      if (!options.fan_colors.empty()) set_uniform(surface_program_, "color", options.fan_colors[begin]);
+      glMultiDrawElements(GL_TRIANGLE_FAN, list.fan_sizes.data() + begin, GL_UNSIGNED_INT, offsets.data() + begin,
+                          static_cast<GLsizei>(end - begin));
+    }
+  }
+
+  // Up to where all fans have the colour of the first; all of them where none has a colour of its own.
+  static std::size_t end_of_run(const std::vector<glm::vec3>& colors, std::size_t begin, std::size_t count) {
+    if (colors.empty()) return count;
+    std::size_t end = begin + 1;
+    while (end < count && colors[end] == colors[begin]) ++end;
+    return end;
   }
 
   Image read_back() {
@@ -283,6 +295,12 @@ Result<OffscreenRenderer> OffscreenRenderer::create(std::uint32_t width, std::ui
 
 Result<Image> OffscreenRenderer::render(const FanMesh& mesh, const Camera& camera, const RenderOptions& options) {
   if (auto checked = check_camera(camera); !checked) return tl::unexpected(checked.error());
+  if (!options.fan_colors.empty() &&
+      (options.draw != DrawMode::fans || options.fan_colors.size() != mesh.fans.size())) {
+    return fail(ErrorKind::usage, fmt::format("{} colours of fans for {} fans{}", options.fan_colors.size(),
+                                              mesh.fans.size(),
+                                              options.draw == DrawMode::fans ? "" : " that are drawn as triangles"));
+  }
   const auto list = make_draw_list(mesh, options.draw == DrawMode::fans);
   if (!list) return tl::unexpected(list.error());
   return implementation_->render(*list, camera, options);

@@ -4,6 +4,7 @@
 #include <array>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <vector>
 
 #include "client/render/image.h"
 #include "client/view/camera.h"
@@ -29,6 +30,9 @@ struct RenderOptions {
   std::array<glm::vec3, 2> background = {glm::vec3(0.93F, 0.94F, 0.96F),
                                          glm::vec3(0.76F, 0.79F, 0.83F)};  // sRGB, top, bottom
   glm::vec3 color{0.80F, 0.775F, 0.74F};                                   // of the surface, sRGB
+  // One colour for each fan instead, to show them; sRGB. For DrawMode::fans, where each run of fans of one colour is
+  // drawn by a call of its own.
+  std::vector<glm::vec3> fan_colors{};
 };
 
 // Both modes give the same picture, pixel for pixel. Four samples a pixel. Light comes from the camera's upper left,
@@ -48,8 +52,9 @@ class OffscreenRenderer {
   OffscreenRenderer& operator=(OffscreenRenderer&&) noexcept;
   ~OffscreenRenderer();
 
-  // Fails (usage) for a camera that check_camera refuses, (bad_input) for a fan or an index outside the mesh or a point
-  // that is not finite, (limit) for 2^31 indices or more and where memory runs out. An empty mesh gives the background.
+  // Fails (usage) for a camera that check_camera refuses and for fan_colors that are not one for each fan or come with
+  // DrawMode::triangles, (bad_input) for a fan or an index outside the mesh or a point that is not finite, (limit) for
+  // 2^31 indices or more and where memory runs out. An empty mesh gives the background.
   Result<Image> render(const FanMesh& mesh, const Camera& camera, const RenderOptions& options = {});
 
  private:

@@ -1,5 +1,7 @@
-// The two halves of the cover that minimises issued vertices: a greedy start and a local search.
+// The parts of the cover that minimises issued vertices: a greedy start and two local searches.
 #pragma once
+
+#include <cstddef>
 
 #include "common/fans/face_owners.h"
 
@@ -13,5 +15,12 @@ FaceOwners greedy_owners(const VertexStars& stars);
 // are made by a generator of fixed seed, so the search wanders along plateaus and yet the result depends on the mesh
 // alone. Time is linear in faces times sweeps.
 void improve_owners(const VertexStars& stars, int sweeps, FaceOwners& owners);
+
+// Every face has a fan's centre among its corners, so no cover has fewer fans than the fewest vertices that reach all
+// faces; and nearly always so many do, since those vertices are rarely neighbours. Seeks such vertices, from the
+// present owners on, for `steps` steps (each lets one go and takes one in), shares the faces out among them and
+// improves that by so many sweeps. The present owners stay where it comes out no better. By a generator of fixed seed.
+// A step takes about 0.15 us, whatever the mesh's size. Precondition: every face is owned.
+void search_centers(const VertexStars& stars, std::size_t steps, int sweeps, FaceOwners& owners);
 
 }  // namespace fanstream

@@ -64,4 +64,25 @@ FanMesh fans_of(const VertexStars& stars, const FaceOwners& owners) {
   return mesh;
 }
 
+std::size_t fan_count(const VertexStars& stars, const FaceOwners& owners) {
+  auto count = static_cast<std::size_t>(std::count(owners.begin(), owners.end(), kNone));
+  for (VertexId center = 0; center < stars.vertex_count(); ++center) {
+    const std::span<const CornerId> star = stars.star(center);
+    if (star.empty()) continue;
+    const auto owned = [&](CornerId corner) { return owners[face_of(corner)] == center; };
+    std::size_t runs = 0;
+    bool before = stars.closed(center) && owned(star.back());
+    const bool all_around = before;
+    bool gap = false;
+    for (const CornerId corner : star) {
+      const bool now = owned(corner);
+      runs += now && !before ? 1 : 0;
+      gap = gap || !now;
+      before = now;
+    }
+    count += runs + (all_around && !gap ? 1 : 0);
+  }
+  return count;
+}
+
 }  // namespace fanstream

@@ -16,4 +16,7 @@ using FaceOwners = std::vector<VertexId>;
 // ring starts at its smallest id, an open one at its first vertex counter-clockwise. `vertices` stays empty.
 FanMesh fans_of(const VertexStars& stars, const FaceOwners& owners);
 
+// How many those are.
+std::size_t fan_count(const VertexStars& stars, const FaceOwners& owners);
+
 }  // namespace fanstream

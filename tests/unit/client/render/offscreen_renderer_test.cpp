@@ -169,6 +169,45 @@ TEST(OffscreenRenderer, RefusesWhatItCannotDrawAndGoesOnAfterwards) {
   EXPECT_TRUE(renderer->render(good, head_on(4)));
 }
 
+TEST(OffscreenRenderer, ColoursFansAsItIsTold) {
+  const TriangleMesh torus = test::make_torus(30, 20);
+  const FanMesh mesh = fan_mesh(torus);
+  const Camera camera = fit(torus.positions);
+  RenderOptions one;
+  one.color = {0.9F, 0.2F, 0.1F};
+  RenderOptions each;
+  each.fan_colors.assign(mesh.fans.size(), one.color);
+  EXPECT_EQ(compare_images(render(mesh, camera, one), render(mesh, camera, each))->differing_share, 0.0);
+  for (std::size_t i = 0; i < mesh.fans.size(); i += 2) each.fan_colors[i] = {0.1F, 0.2F, 0.9F};
+  const Image image = render(mesh, camera, each);
+  std::size_t red = 0;
+  std::size_t blue = 0;
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    for (std::uint32_t x = 0; x < image.width; ++x) {
+      const std::uint8_t* p = image.pixel(x, y);
+      red += p[0] > 2 * p[2] ? 1 : 0;
+      blue += p[2] > 2 * p[0] ? 1 : 0;
+    }
+  }
+  EXPECT_GT(red, 2000U);
+  EXPECT_GT(blue, 2000U);
+}
+
+TEST(OffscreenRenderer, RefusesColoursThatAreNotOneForEachFan) {
+  auto renderer = OffscreenRenderer::create(64, 48);
+  ASSERT_TRUE(renderer);
+  const FanMesh mesh = fan_mesh(make_square());
+  RenderOptions options;
+  options.fan_colors.assign(mesh.fans.size() + 1, glm::vec3(1.0F));
+  const auto many = renderer->render(mesh, head_on(4), options);
+  ASSERT_FALSE(many);
+  EXPECT_EQ(many.error().kind, ErrorKind::usage);
+  options.fan_colors.resize(mesh.fans.size());
+  EXPECT_TRUE(renderer->render(mesh, head_on(4), options));
+  options.draw = DrawMode::triangles;
+  EXPECT_FALSE(renderer->render(mesh, head_on(4), options));
+}
+
 TEST(OffscreenRenderer, SeveralWorkSideBySideInTheirOwnThreads) {
   const FanMesh torus = fan_mesh(test::make_torus(30, 20));
   const Camera camera = fit(Bounds{{-2.8, -2.8, -0.8}, {2.8, 2.8, 0.8}});

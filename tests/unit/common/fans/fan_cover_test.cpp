@@ -147,6 +147,34 @@ TEST(FanCover, OfTinyMeshesIsAtMostOneFanAboveTheFewestPossible) {
   EXPECT_LE(above, 2U) << "of " << tiny.size() << " meshes";
 }
 
+TEST(FanCover, SearchingForCentresLeavesAtMostAsManyFans) {
+  for (const Case& c : cases()) {
+    SCOPED_TRACE(c.name);
+    const auto stars = VertexStars::build(c.mesh.positions.size(), c.mesh.triangles);
+    ASSERT_TRUE(stars);
+    FaceOwners owners = greedy_owners(*stars);
+    for (const std::size_t steps : {0U, 1U, 10U, 1000U}) {
+      const std::size_t before = fans_of(*stars, owners).fans.size();
+      search_centers(*stars, steps, 1, owners);
+      const FanMesh fans = fans_of(*stars, owners);
+      EXPECT_LE(fans.fans.size(), before) << steps << " steps";
+      EXPECT_EQ(fan_statistics(0, fans).faces, c.mesh.triangles.size());
+      EXPECT_TRUE(check_cover(c.mesh.triangles, fans)) << steps << " steps";
+    }
+  }
+}
+
+TEST(FaceOwners, AreCountedAsTheFansTheyMake) {
+  for (const Case& c : cases()) {
+    SCOPED_TRACE(c.name);
+    const auto stars = VertexStars::build(c.mesh.positions.size(), c.mesh.triangles);
+    ASSERT_TRUE(stars);
+    for (const FaceOwners& owners : {paper_owners(*stars), greedy_owners(*stars)}) {
+      EXPECT_EQ(fan_count(*stars, owners), fans_of(*stars, owners).fans.size());
+    }
+  }
+}
+
 TEST(FanCover, EverySweepOfTheSearchLeavesAtMostAsManyFans) {
   for (const Case& c : cases()) {
     SCOPED_TRACE(c.name);
