@@ -7,13 +7,21 @@
 
 #include "common/import/mesh_cleaner.h"
 #include "common/import/mesh_import.h"
+#include "tests/bench/papers/curvature_tables.h"
 #include "tests/bench/papers/fans_tables.h"
+#include "tests/bench/papers/local_restoration_tables.h"
+#include "tests/bench/papers/reduction_tables.h"
+#include "tests/bench/papers/subdivision_tables.h"
 
 namespace fanstream::bench {
 namespace {
 
 constexpr std::array kParts{
     PapersPart{"fans", "Suzuki, Okamoto, Kanai: LOD based on Progressive Fan Representation", measure_fans},
+    PapersPart{"restoration", "Odauchi, Tsukiji: real-time local simplification", measure_local_restoration},
+    PapersPart{"curvature", "Kim, Kim, Kim: extended QEM", measure_curvature},
+    PapersPart{"reduction", "Polygon reduction on the device", measure_reduction},
+    PapersPart{"subdivision", "Miura, Adachi, Ikedo: sqrt(2)-subdivision", measure_subdivision},
 };
 
 Result<void> check_folders(const PapersOptions& options) {
