@@ -260,12 +260,12 @@ Section limits_section(const std::vector<Subject>& subjects, const std::vector<F
     const std::string& name = subjects[i].name;
     double worst = 0.0;
     for (const Level& level : figures[i].ours) worst = std::max(worst, level.statistics.issued_per_vertex());
-    if (subjects[i].is_limited) {
-      limits.at_most("issued vertices per vertex, at our levels of the table", name, worst, kMostIssuedPerVertex);
-    } else {
-      limits.measured("issued vertices per vertex, at our levels of the table", name, worst);
-    }
-    limits.measured("issued vertices per vertex, at any number of vertices", name, figures[i].worst.issued_per_vertex);
+    const auto add = [&](const std::string& figure, double value) {
+      if (subjects[i].is_limited) return limits.at_most(figure, name, value, kMostIssuedPerVertex);
+      limits.measured(figure, name, value);
+    };
+    add("issued vertices per vertex, at our levels of the table", worst);
+    add("issued vertices per vertex, at any number of vertices", figures[i].worst.issued_per_vertex);
   }
   return {"fans_limits", "figures and limits", limits.take()};
 }
