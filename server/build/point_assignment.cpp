@@ -137,11 +137,25 @@ PointAssignment::Star::Nearest PointAssignment::Star::nearest(const glm::dvec3& 
     const Face& face = faces_[i];
     const double height = glm::dot(face.normal, x - centre_);
     if (height * height > best.squared * face.normal2) continue;  // its plane is farther off already
-    const glm::dvec3 place = closest_point_on_triangle(x, centre_, face.from, face.to);
+    const glm::dvec3 place = nearest_on(face, x);
     const double squared = glm::dot(place - x, place - x);
     if (squared < best.squared) best = {squared, i, place};
   }
   return best;
+}
+
+// Below the middle of a face that is not too thin, the foot of the perpendicular; which is most often so.
+glm::dvec3 PointAssignment::Star::nearest_on(const Face& face, const glm::dvec3& x) const {
+  const glm::dvec3 from = face.from - centre_;
+  const glm::dvec3 to = face.to - centre_;
+  const glm::dvec3 at = x - centre_;
+  const double share_from = glm::dot(glm::cross(at, to), face.normal);
+  const double share_to = glm::dot(glm::cross(from, at), face.normal);
+  const double least = 1e-6 * face.normal2;
+  if (share_from > least && share_to > least && face.normal2 - share_from - share_to > least) {
+    return centre_ + (from * share_from + to * share_to) / face.normal2;
+  }
+  return closest_point_on_triangle(x, centre_, face.from, face.to);
 }
 
 double PointAssignment::Star::share_of_centre(const Nearest& at) const {

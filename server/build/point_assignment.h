@@ -58,6 +58,8 @@ class PointAssignment {
       glm::dvec3 from, to, normal;  // as long as twice the area
       double normal2 = 0.0;
     };
+    glm::dvec3 nearest_on(const Face& face, const glm::dvec3& x) const;
+
     glm::dvec3 centre_{0.0};
     std::vector<Face> faces_;
   };
