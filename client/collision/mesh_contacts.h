@@ -50,7 +50,7 @@ struct MeshContacts {
 
 inline constexpr std::uint64_t kMostPairs = 1'000'000;
 
-// Both corners and distances of a triangle are the same in every mesh that has it, so pairs are.
+// A triangle is looked at in the same way in every mesh that has it.
 MeshContacts find_contacts(const LiveSurface& surface, const MeshObstacle& obstacle,
                            std::uint64_t most_listed = kMostPairs);
 MeshContacts find_contacts(const SurfacePatch& patch, const MeshObstacle& obstacle,
