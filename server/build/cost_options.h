@@ -15,8 +15,8 @@
 //   matrix and
 //                points homogeneous; where u A u^T = 0, that is where the cost is the same all along, the better end.
 //   optimal      where the cost is least of all; where that is not one point, or far away, as `segment`.
-// Every cost supports every placement. `segment` and `optimal` make free parents (ParentPosition::free), which take
-// about twice the bits.
+// Every cost supports every placement. `segment` and `optimal` make free parents (ParentPosition::free), with which an
+// asset takes about half as many bytes again.
 #pragma once
 
 #include <cstdint>

@@ -29,7 +29,7 @@ constexpr double kEdgeShare = 4.0e-5;
 constexpr double kFarthest = 1.0;
 
 // The planes are shifted by (H1 + H2) |u|^2 / 128: a surface of that curvature rises by a quarter of this over an edge
-// u at its middle (H as vertex_curvature has it is 2/r on a sphere), so it is little where edges are short, and grows
+// u at its middle (|H| as vertex_curvature has it is 2/r on a sphere), so it is little where edges are short, and grows
 // as they do. By K |u|^3 / 128 for the gaussian curvature. At most by an eighth of the edge, whatever sharp corners
 // say.
 constexpr double kBend = 1.0 / 128.0;
