@@ -38,13 +38,25 @@ LiveSurface::Part LiveSurface::sum(std::uint32_t n) const {
   return part;
 }
 
+// A moving focus gives up as many cells as it takes up: their memory goes from one to the next.
+void LiveSurface::give_back(SurfacePatch& patch) {
+  constexpr std::size_t kMostSpare = 256;
+  patch.clear();
+  if (patch.x.capacity() != 0 && spare_.size() < kMostSpare) spare_.push_back(std::move(patch));
+  patch = {};
+}
+
 void LiveSurface::update(std::span<const std::uint32_t> changed_cells) {
   for (const std::uint32_t c : changed_cells) {
-    if (mesh_.is_live(c)) {
-      maker_.make(mesh_.vertices(c), patches_[c]);
-    } else {
-      patches_[c] = {};
+    if (!mesh_.is_live(c)) give_back(patches_[c]);
+  }
+  for (const std::uint32_t c : changed_cells) {
+    if (!mesh_.is_live(c)) continue;
+    if (patches_[c].x.capacity() == 0 && !spare_.empty()) {
+      patches_[c] = std::move(spare_.back());
+      spare_.pop_back();
     }
+    maker_.make(mesh_.vertices(c), patches_[c]);
   }
   for (const std::uint32_t c : changed_cells) {
     for (std::uint32_t n = cells_.node_of(c); n != CellHierarchy::kNone; n = cells_.node(n).parent) {

@@ -65,12 +65,14 @@ class LiveSurface {
     }
   }
   Part sum(std::uint32_t n) const;
+  void give_back(SurfacePatch& patch);
 
   const ProgressiveMesh& mesh_;
   const CellHierarchy& cells_;
   PatchMaker maker_;
   std::vector<Part> parts_;            // by node
   std::vector<SurfacePatch> patches_;  // by cell; empty but for those that own vertices now
+  std::vector<SurfacePatch> spare_;    // memory for patches to come
   SurfacePatch whole_;                 // of a mesh without cells
   Part whole_part_;
 };

@@ -308,10 +308,15 @@ Section limits_section(const CollisionFigures& small, const std::vector<GrowthRo
                   3.0);
   const std::vector<glm::dvec2> points = curve(rows, false, &CollisionFigures::us_restored);
   const std::string range = fmt::format("{:.0f} K to {:.0f} K", points.front().x / 1e3, points.back().x / 1e3);
-  // Faster than the logarithm would be above the line through the smaller sizes; a tenth is noise.
-  const LogFit of_smaller = fit_log({points.begin(), points.end() - 1});
-  limits.at_most("time at the largest size over a + b ln(triangles), fitted to the smaller ones", range,
-                 points.back().y / of_smaller.at(points.back().x), 1.1);
+  // Faster than the logarithm would be above the line through the smaller sizes; a tenth is noise. Two sizes make no
+  // line.
+  const double beside_line = points.back().y / fit_log({points.begin(), points.end() - 1}).at(points.back().x);
+  const std::string figure = "time at the largest size over a + b ln(triangles), fitted to the smaller ones";
+  if (points.size() > 3) {
+    limits.at_most(figure, range, beside_line, 1.1);
+  } else {
+    limits.measured(figure, range, beside_line);
+  }
   const LogFit fitted = fit_log(points);
   limits.measured("us more each time the model doubles (fit to the logarithm)", range, fitted.b * std::log(2.0));
   limits.measured("R squared of that fit", range, fitted.r_squared);
