@@ -27,7 +27,7 @@ Result<std::vector<TriangleMesh>> reduced_meshes(const TriangleMesh& mesh,
   std::vector<GridPoint> places;
   for (const glm::dvec3& p : mesh.positions) places.push_back(grid.encode(p));
   const MergeHistory history = simplify(mesh, {});
-  const CodedHistory coded(history, std::move(places));
+  const CodedHistory coded(history, std::move(places), grid);
   const auto vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
   LevelReplay replay(coded, grid, vertex_count);
   std::vector<TriangleMesh> levels;
