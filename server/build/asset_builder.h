@@ -21,6 +21,9 @@ struct BuildOptions {
   std::optional<double> segment_splits;
   std::optional<double> edges_per_vertex;
   std::optional<double> evenness;  // SimplifyOptions::evenness
+  // From so many cells of the last slab on they are told by pages (AssetHead::has_pages): a page costs about three
+  // bytes, and what a view does not need of a small table is not worth them.
+  std::uint32_t paged_cells = 1024;
   // Called with the stage's name and the share of it that is done; may be empty.
   std::function<void(std::string_view stage, double fraction)> progress;
 };

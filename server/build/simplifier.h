@@ -16,7 +16,7 @@ struct SimplifyOptions {
   // A generation considers the cheapest edges, this many per vertex. More makes fewer and larger generations (smaller
   // files, less forced refinement) at the price of shape: cheap merges at patch borders wait while dearer ones go first.
   double edges_per_vertex = 1.5;
-  // 0 makes the surface's mean distance from the original small, 1 its largest; see make_quadric_cost.
+  // 0 makes the surface's mean distance from the original small, 1 or 2 its largest; see make_quadric_cost.
   double evenness = 0.0;
   // How much merges that take many bits to code are put back behind others of like cost; 0 looks at shape alone.
   double coding_weight = 1.0;

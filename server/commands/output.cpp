@@ -45,7 +45,7 @@ BuildReport report_of(const AssetFile& asset) {
                                                [](const SegmentEntry& segment) { return segment.size_bytes != 0; }));
   report.total_bytes = asset.size_bytes();
   report.base_bytes = head.base_bytes;
-  report.split_bytes = asset.preamble().segment_bytes;
+  for (const SegmentEntry& segment : index.segments) report.split_bytes += segment.size_bytes;
   report.table_bytes = report.total_bytes - report.base_bytes - report.split_bytes;
   return report;
 }
