@@ -377,6 +377,7 @@ Result<std::uint32_t> ClientSession::next_of(FrameType type, std::uint32_t cell)
     return tl::unexpected<Error>(unexpected_error(type, "of cell " + std::to_string(cell) + why));
   };
   if (cell >= sent_.size()) return refuse(", the model has " + std::to_string(sent_.size()));
+  if (!table_->is_known(cell)) return refuse(", before what tells of its segments");
   const std::uint32_t segment = table_->next_to_send(cell, sent_[cell]);
   if (segment >= table_->segment_count(cell)) {
     return refuse(", which has no more than its " + std::to_string(segment) + " segments");
@@ -397,26 +398,38 @@ std::optional<ClientEvent> ClientSession::handle_segments(Bytes payload) {
   if (const Result<void> applied = apply_releases(kType, batch->release_count); !applied)
     return failed(applied.error());
   arrived_.clear();
-  next_arrived_ = next_arrived_at_ = 0;
-  std::uint64_t size_bytes = 0;
-  for (const BatchRun& run : batch->runs) {
-    for (std::uint32_t i = 0; i < run.cell_count * run.segment_count; ++i) {
-      const std::uint32_t cell = run.first_cell + i / run.segment_count;
+  next_arrived_ = next_arrived_at_ = resolved_bytes_ = 0;
+  unresolved_ = batch->runs;
+  unresolved_run_ = unresolved_segment_ = 0;
+  arrived_bytes_.assign(batch->bytes.begin(), batch->bytes.end());
+  if (const Result<void> resolved = resolve_arrived(); !resolved) {
+    arrived_.clear();
+    return failed(resolved.error());
+  }
+  return give_arrived();
+}
+
+// Finds out which segments a frame holds, as far as their cells are known: the rest when what tells of them has been
+// given out, which may be in the same frame.
+Result<void> ClientSession::resolve_arrived() {
+  constexpr FrameType kType = FrameType::segments;
+  for (; unresolved_run_ < unresolved_.size(); ++unresolved_run_, unresolved_segment_ = 0) {
+    const BatchRun& run = unresolved_[unresolved_run_];
+    for (; unresolved_segment_ < run.cell_count * run.segment_count; ++unresolved_segment_) {
+      const std::uint32_t cell = run.first_cell + unresolved_segment_ / run.segment_count;
+      if (cell < sent_.size() && !table_->is_known(cell) && next_arrived_ < arrived_.size()) return {};
       const Result<std::uint32_t> segment = next_of(kType, cell);
-      if (!segment) return failed(segment.error());
+      if (!segment) return tl::unexpected<Error>(segment.error());
       const std::uint32_t size = table_->size_bytes(cell, *segment);
       sent_[cell] = *segment + 1;
       arrived_.push_back({cell, *segment, size});
-      size_bytes += size;
+      resolved_bytes_ += size;
     }
   }
-  if (size_bytes != batch->bytes.size()) {
-    arrived_.clear();
-    return unexpected(kType, "of " + std::to_string(batch->bytes.size()) + " bytes, by the index they have " +
-                                 std::to_string(size_bytes));
-  }
-  arrived_bytes_.assign(batch->bytes.begin(), batch->bytes.end());
-  return give_arrived();
+  if (resolved_bytes_ == arrived_bytes_.size()) return {};
+  return tl::unexpected<Error>(unexpected_error(kType, "of " + std::to_string(arrived_bytes_.size()) +
+                                                           " bytes, by the index they have " +
+                                                           std::to_string(resolved_bytes_)));
 }
 
 std::optional<ClientEvent> ClientSession::handle_segment_part(Bytes payload) {
@@ -446,14 +459,24 @@ std::optional<ClientEvent> ClientSession::handle_segment_part(Bytes payload) {
   arrived_bytes_.insert(arrived_bytes_.end(), part->bytes.begin(), part->bytes.end());
   if (arrived_bytes_.size() < part_->size_bytes) return std::nullopt;
   arrived_ = {*part_};
-  next_arrived_ = next_arrived_at_ = 0;
+  unresolved_.clear();
+  unresolved_run_ = next_arrived_ = next_arrived_at_ = 0;
   part_.reset();
   return give_arrived();
 }
 
 std::optional<ClientEvent> ClientSession::give_arrived() {
-  while (next_arrived_ < arrived_.size()) {
-    const Arrived& next = arrived_[next_arrived_++];
+  for (;;) {
+    if (next_arrived_ == arrived_.size() && unresolved_run_ < unresolved_.size()) {
+      if (const Result<void> resolved = resolve_arrived(); !resolved) {
+        return fail_with(resolved.error().kind, resolved.error().message);
+      }
+    }
+    if (next_arrived_ == arrived_.size()) return std::nullopt;
+    const Arrived next = arrived_[next_arrived_++];
+    if (next.size_bytes > arrived_bytes_.size() - next_arrived_at_) {
+      return unexpected(FrameType::segments, "that are larger than their frame");
+    }
     const Bytes bytes = Bytes(arrived_bytes_).subspan(next_arrived_at_, next.size_bytes);
     next_arrived_at_ += next.size_bytes;
     if (next.segment != held_prefix(next.cell)) {  // sent before the server read our release
@@ -464,7 +487,6 @@ std::optional<ClientEvent> ClientSession::give_arrived() {
     ++received_segments_;
     return event::SegmentArrived{next.cell, next.segment, bytes};
   }
-  return std::nullopt;
 }
 
 std::optional<ClientEvent> ClientSession::handle_wants_done(Bytes payload) {

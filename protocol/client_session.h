@@ -93,7 +93,9 @@ class ClientSession {
   // a round trip earlier.
   Result<void> open(std::string model, std::optional<Have> have = {});
   // What the index says of segments, to be told as soon as the index is complete (or held, see Have): without it no
-  // segment can be taken. Fails (bad_input) if it is not of the model that was opened. Precondition: index_complete().
+  // segment can be taken. Fails (bad_input) if it is not of the model that was opened. The caller may learn more cells
+  // (SegmentTable::learn_cell) whenever a segment that tells of them has been given out, before the next call here;
+  // until then nothing may be wanted of them that could come sooner. Precondition: index_complete().
   Result<void> set_segment_table(std::shared_ptr<const SegmentTable> table);
   // Segments 0 .. prefix-1 of each cell, in list order; those already sent are left out. Replaces the list before it,
   // also one that has not left this machine yet. Returns its epoch. Precondition: open() succeeded.
@@ -147,6 +149,7 @@ class ClientSession {
   std::optional<ClientEvent> handle_segment_part(Bytes payload);
   Result<std::uint32_t> next_of(FrameType type, std::uint32_t cell);
   Result<void> apply_releases(FrameType type, std::uint32_t release_count);
+  Result<void> resolve_arrived();
   std::optional<ClientEvent> give_arrived();
   void note_wanted(const std::vector<CellRun>& runs);
   std::optional<ClientEvent> handle_wants_done(Bytes payload);
@@ -192,6 +195,10 @@ class ClientSession {
   };
   std::vector<Arrived> arrived_;  // segments whose bytes are in arrived_bytes_, from next_arrived_ on not yet given out
   std::size_t next_arrived_ = 0, next_arrived_at_ = 0;
+  // Of that frame: from this segment of this run on it is not yet known what they are; the bytes of those that are.
+  std::vector<BatchRun> unresolved_;
+  std::size_t unresolved_run_ = 0, resolved_bytes_ = 0;
+  std::uint32_t unresolved_segment_ = 0;
   std::vector<std::byte> arrived_bytes_;
   std::optional<Arrived> part_;  // under way, of which arrived_bytes_ holds the beginning
   std::uint32_t set_epoch_ = 0, served_epoch_ = 0, sent_epoch_ = 0;

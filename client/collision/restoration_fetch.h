@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "client/collision/local_restoration.h"
 #include "client/model/segment_stream.h"
@@ -19,7 +20,8 @@ struct RestorationFetchOptions {
 // Not thread safe.
 class RestorationFetch {
  public:
-  // Opens the source and receives FM0 and the index. Errors as of SegmentStream, and bad_input for what cannot be read.
+  // Opens the source and receives FM0 and the whole index: of a large model its pages, and with each of these the
+  // segments of its cell. Errors as of SegmentStream, and bad_input for what cannot be read.
   static Result<std::unique_ptr<RestorationFetch>> open(const std::string& source,
                                                         const RestorationFetchOptions& options);
 
@@ -39,7 +41,15 @@ class RestorationFetch {
   RestorationFetch(std::unique_ptr<SegmentStream> stream, RestorationFetchOptions options)
       : stream_(std::move(stream)), options_(std::move(options)) {}
   Result<void> receive_sections();
+  struct ReceivedSegment {
+    std::uint32_t cell = 0;
+    std::uint32_t segment = 0;
+    std::vector<std::byte> bytes;
+  };
+  Result<void> receive_pages(const AssetHead& head, AssetIndex& index, std::vector<ReceivedSegment>& early);
   Result<void> receive(const std::vector<CellTarget>& missing);
+  Result<void> receive_wanted(std::uint32_t number,
+                              const std::function<Result<void>(const event::SegmentArrived&)>& take);
 
   std::unique_ptr<SegmentStream> stream_;
   RestorationFetchOptions options_;

@@ -23,24 +23,42 @@ bool would_block(const asio::error_code& error) {
   return error == asio::error::would_block || error == asio::error::try_again || error == asio::error::interrupted;
 }
 
-Result<std::shared_ptr<const SegmentTable>> read_segment_table(Bytes head, Bytes index) {
+Result<LoadTable> read_load_table(Bytes head, Bytes index) {
   const Result<AssetPreamble> preamble = read_preamble(head, "head");
   if (!preamble) return tl::unexpected<Error>(preamble.error());
-  const Result<AssetHead> asset_head = read_head(head, "head");
+  Result<AssetHead> asset_head = read_head(head, "head");
   if (!asset_head) return tl::unexpected<Error>(asset_head.error());
-  const Result<AssetIndex> asset_index = read_index(index, *preamble, *asset_head, "index");
+  Result<AssetIndex> asset_index = read_index(index, *preamble, *asset_head, "index");
   if (!asset_index) return tl::unexpected<Error>(asset_index.error());
-  return segment_table(*asset_index);
+  LoadTable table;
+  table.segments = table.growing = segment_table(*asset_index);
+  table.head = std::make_shared<const AssetHead>(std::move(*asset_head));
+  table.index = std::make_shared<AssetIndex>(std::move(*asset_index));
+  return table;
 }
 
 }  // namespace
 
-Result<std::shared_ptr<const SegmentTable>> LoadTables::find(Bytes head, Bytes index) {
+Result<void> LoadTable::learn(std::uint32_t cell, std::uint32_t segment, Bytes bytes) const {
+  if (!index || index->unknown_pages == 0 || !index->is_page(cell, segment)) return {};
+  if (Result<void> read = read_page(bytes, cell, *head, *index, "index"); !read) return read;
+  learn_children(*index, cell, *growing);
+  return {};
+}
+
+Result<LoadTable> LoadTables::find(Bytes head, Bytes index) {
   const std::uint64_t key = XXH3_64bits_withSeed(index.data(), index.size(), XXH3_64bits(head.data(), head.size()));
   if (const auto found = tables_.find(key); found != tables_.end()) return found->second;
-  const auto read = options_.read_table ? options_.read_table(head, index) : read_segment_table(head, index);
-  if (read) tables_.emplace(key, *read);
-  return read;
+  Result<LoadTable> table = LoadTable{};
+  if (options_.read_table) {
+    const auto read = options_.read_table(head, index);
+    if (!read) return tl::unexpected<Error>(read.error());
+    table->segments = *read;
+  } else {
+    table = read_load_table(head, index);
+  }
+  if (table) tables_.emplace(key, *table);
+  return table;
 }
 
 LoadClient::LoadClient(asio::io_context& io, const LoadOptions& options, LoadTables& tables,
@@ -176,18 +194,22 @@ void LoadClient::on_event(ClientEvent& event) {
     hash_in(session_.head(), 2);
   } else if (std::holds_alternative<event::IndexComplete>(event)) {
     hash_in(session_.index(), 3);
-    const auto table = tables_.find(session_.head(), session_.index());
+    Result<LoadTable> table = tables_.find(session_.head(), session_.index());
     if (!table) return finish(table.error());
-    expected_segments_ = (*table)->nonempty_total();
-    if (const Result<void> set = session_.set_segment_table(*table); !set) finish(set.error());
+    table_ = std::move(*table);
+    if (const Result<void> set = session_.set_segment_table(table_.segments); !set) finish(set.error());
   } else if (const auto* segment = std::get_if<event::SegmentArrived>(&event)) {
     hash_in(segment->bytes, (std::uint64_t{segment->cell} << 32 | segment->segment) + 4);
+    if (const Result<void> learned = table_.learn(segment->cell, segment->segment, segment->bytes); !learned) {
+      finish(learned.error());
+    }
   } else if (std::holds_alternative<event::WantsServed>(event)) {
     // The session lets each segment through once and in order, so the count alone tells whether all came.
-    if (session_.received_segments() == expected_segments_ && session_.index_complete()) return finish(std::nullopt);
+    const std::uint64_t expected = table_.segments ? table_.segments->nonempty_total() : 0;
+    if (session_.received_segments() == expected && session_.index_complete()) return finish(std::nullopt);
     finish(Error{ErrorKind::bad_input, "the server says that all is sent, but " +
                                            std::to_string(session_.received_segments()) + " of " +
-                                           std::to_string(expected_segments_) + " segments came"});
+                                           std::to_string(expected) + " segments came"});
   }
 }
 

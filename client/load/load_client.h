@@ -8,18 +8,30 @@
 #include <memory>
 
 #include "client/load/load_run.h"
+#include "common/asset/asset_layout.h"
 
 namespace fanstream {
 
-// The segment tables of what the clients of one thread receive: all get the same index, and it is read once.
+// What is known of an asset's segments. It is the table alone where somebody else has read it.
+struct LoadTable {
+  std::shared_ptr<const SegmentTable> segments;
+  std::shared_ptr<const AssetHead> head;
+  std::shared_ptr<AssetIndex> index;
+  std::shared_ptr<SegmentTable> growing;  // the same as `segments`
+
+  // Reads a page, if this is one that is not known yet.
+  Result<void> learn(std::uint32_t cell, std::uint32_t segment, Bytes bytes) const;
+};
+
+// Those of what the clients of one thread receive: all get the same index and pages, and they are read once.
 class LoadTables {
  public:
   explicit LoadTables(const LoadOptions& options) : options_(options) {}
-  Result<std::shared_ptr<const SegmentTable>> find(Bytes head, Bytes index);
+  Result<LoadTable> find(Bytes head, Bytes index);
 
  private:
   const LoadOptions& options_;
-  std::map<std::uint64_t, std::shared_ptr<const SegmentTable>> tables_;  // by a hash of head and index
+  std::map<std::uint64_t, LoadTable> tables_;  // by a hash of head and index
 };
 
 // Lives on one single-threaded io_context.
@@ -52,7 +64,7 @@ class LoadClient : public std::enable_shared_from_this<LoadClient> {
   Done on_done_;
   ClientSession session_;
   LoadOutcome outcome_;
-  std::uint64_t expected_segments_ = 0;
+  LoadTable table_;
   TimeMs started_ms_ = 0;
   std::int64_t started_us_ = 0;
   bool reading_ = false, writing_ = false, over_ = false;

@@ -81,8 +81,10 @@ Result<void> ModelFetch::receive_index() {
   hash_->add(*bytes);
   report_.bytes.index = bytes->size();
   if (Result<void> used = source_->use_index(*index); !used) return used;
-  mesh_->set_index(std::make_shared<const AssetIndex>(std::move(*index)));
-  order_ = order_segments(mesh_->head(), mesh_->index());
+  index_ = std::make_shared<AssetIndex>(std::move(*index));
+  mesh_->set_index(index_);
+  order_ = order_segments(mesh_->head(), *index_);
+  for (std::uint32_t c = 0; c < index_->cells.size(); ++c) report_.segments_total += index_->piece_count(c);
   return {};
 }
 
@@ -106,6 +108,20 @@ void ModelFetch::tell(const FetchGoal& goal) const {
        std::min<std::uint64_t>(preamble_.section_bytes(), goal.bytes.value_or(preamble_.section_bytes()))});
 }
 
+// A segment, or a page: with the last of the pages the order goes on.
+Result<void> ModelFetch::take_piece(const OrderedSegment& piece, std::span<const std::byte> bytes) {
+  if (piece.layer != kPageLayer) return mesh_->add_segment(piece.cell, piece.segment, bytes);
+  if (index_->knows_children(piece.cell)) return {};
+  if (Result<void> read = read_page(bytes, piece.cell, mesh_->head(), *index_, "the cell table"); !read) return read;
+  source_->learn_children(*index_, piece.cell);
+  mesh_->learn_children(piece.cell);
+  if (index_->unknown_pages == 0) {
+    const std::vector<OrderedSegment> whole = order_segments(mesh_->head(), *index_);
+    order_.insert(order_.end(), whole.begin() + static_cast<std::ptrdiff_t>(order_.size()), whole.end());
+  }
+  return {};
+}
+
 // Receives segments up to `end` of the order and applies them.
 Result<void> ModelFetch::take(std::size_t end, const FetchGoal& goal) {
   std::size_t bytes_since = 0;
@@ -117,8 +133,8 @@ Result<void> ModelFetch::take(std::size_t end, const FetchGoal& goal) {
       break;
     }
     const std::span<const std::byte> bytes = **next;
-    const OrderedSegment& segment = order_[taken_];
-    if (const Result<void> added = mesh_->add_segment(segment.cell, segment.segment, bytes); !added) {
+    const OrderedSegment segment = order_[taken_];
+    if (const Result<void> added = take_piece(segment, bytes); !added) {
       broken = with_context(added.error(), source_->name());
       break;
     }
@@ -149,6 +165,16 @@ Result<void> ModelFetch::advance_to_position(std::size_t end, const FetchGoal& g
   return take(end, goal);
 }
 
+// Everything, or as much as fits: on past the pages, which make the order longer.
+Result<void> ModelFetch::advance_to_end(const FetchGoal& goal) {
+  for (;;) {
+    const std::size_t known = order_.size();
+    const std::size_t end = goal.bytes ? end_for_bytes(*goal.bytes) : known;
+    if (Result<void> reached = advance_to_position(end, goal); !reached) return reached;
+    if (end < known || order_.size() == known) return {};
+  }
+}
+
 // Layer by layer, and within the last one generation by generation, so that the level is equally fine everywhere.
 Result<void> ModelFetch::advance_to_vertices(std::uint64_t vertices) {
   const FetchGoal goal{vertices, {}};
@@ -170,6 +196,7 @@ Result<void> ModelFetch::finish(const FetchGoal& goal) {
     return fail(ErrorKind::bad_input, fmt::format("{}: all segments came, but refinement stops at {} of {} vertices",
                                                   source_->name(), mesh_->vertex_count(), mesh_->head().vertex_count));
   }
+  hash_->add(range_table(mesh_->head(), *index_));
   if (hash_->digest() != preamble_.digest) {
     return fail(ErrorKind::bad_input,
                 source_->name() + ": what came does not have the digest that was announced; fetch it again");
@@ -195,8 +222,7 @@ Result<void> ModelFetch::advance(const FetchGoal& goal) {
   if (!base_is_enough) {
     done = receive_index();
     if (done) {
-      done = goal.vertices ? advance_to_vertices(*goal.vertices)
-                           : advance_to_position(goal.bytes ? end_for_bytes(*goal.bytes) : order_.size(), goal);
+      done = goal.vertices ? advance_to_vertices(*goal.vertices) : advance_to_end(goal);
     }
   }
   if (done) done = finish(goal);
@@ -213,7 +239,6 @@ FetchReport ModelFetch::report() const {
   report.digest = text_of(preamble_.digest);
   report.bytes.received = source_->received_bytes();
   report.segments = taken_;
-  report.segments_total = order_.size();
   report.vertices = mesh_->vertex_count();
   report.triangles = mesh_->state().fans.triangles().size();
   report.full_vertices = mesh_->head().vertex_count;

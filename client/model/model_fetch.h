@@ -71,7 +71,9 @@ class ModelFetch {
   Result<void> receive_index();
   Result<void> advance_to_vertices(std::uint64_t vertices);
   Result<void> advance_to_position(std::size_t end, const FetchGoal& goal);
+  Result<void> advance_to_end(const FetchGoal& goal);
   Result<void> take(std::size_t end, const FetchGoal& goal);
+  Result<void> take_piece(const OrderedSegment& piece, std::span<const std::byte> bytes);
   Result<void> finish(const FetchGoal& goal);
   std::size_t end_for_bytes(std::uint64_t bytes) const;
   double elapsed_s() const;
@@ -82,6 +84,7 @@ class ModelFetch {
   std::unique_ptr<ModelSource> source_;
   AssetPreamble preamble_;
   std::unique_ptr<ProgressiveMesh> mesh_;
+  std::shared_ptr<AssetIndex> index_;  // the mesh's
   std::vector<OrderedSegment> order_;
   std::size_t wanted_ = 0;  // of order_
   std::size_t taken_ = 0;

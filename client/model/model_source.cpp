@@ -30,6 +30,7 @@ class FileSource final : public ModelSource {
     return asset_->index();
   }
   Result<void> use_index(const AssetIndex&) override { return {}; }
+  void learn_children(const AssetIndex&, std::uint32_t) override {}
   Result<void> want(const std::vector<OrderedSegment>& order, std::size_t end) override {
     order_ = &order;
     end_ = std::min(end, order.size());
@@ -73,7 +74,13 @@ class ServerSource final : public ModelSource {
   Digest digest() const override { return opened_.digest; }
   Result<std::span<const std::byte>> head() override { return client_.receive_head(); }
   Result<std::span<const std::byte>> index() override { return client_.receive_index(); }
-  Result<void> use_index(const AssetIndex& index) override { return client_.set_segment_table(segment_table(index)); }
+  Result<void> use_index(const AssetIndex& index) override {
+    table_ = segment_table(index);
+    return client_.set_segment_table(table_);
+  }
+  void learn_children(const AssetIndex& index, std::uint32_t parent) override {
+    fanstream::learn_children(index, parent, *table_);
+  }
   Result<void> want(const std::vector<OrderedSegment>& order, std::size_t end) override;
   Result<std::optional<std::span<const std::byte>>> next_segment() override;
   std::uint64_t received_bytes() const override { return client_.session().received_bytes(); }
@@ -85,6 +92,7 @@ class ServerSource final : public ModelSource {
   Opened opened_;
   std::string name_;
   std::string model_;
+  std::shared_ptr<SegmentTable> table_;
   const std::vector<OrderedSegment>* order_ = nullptr;
   std::size_t next_ = 0;
   std::size_t end_ = 0;

@@ -39,8 +39,10 @@ class ModelSource {
 
   // What was read of index(): to be told before any segment is wanted.
   virtual Result<void> use_index(const AssetIndex& index) = 0;
+  // The index has come to know the children of this cell, by the page that was given out last.
+  virtual void learn_children(const AssetIndex& index, std::uint32_t parent) = 0;
   // From now on segments [0, end) of the order come, those given before left out. `end` never becomes less, and the
-  // order stays the same one.
+  // order stays the same one, though it may grow.
   virtual Result<void> want(const std::vector<OrderedSegment>& order, std::size_t end) = 0;
   // The bytes of the next one in the order, valid until the next call; nothing if all that are wanted have been given.
   virtual Result<std::optional<std::span<const std::byte>>> next_segment() = 0;

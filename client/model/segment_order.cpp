@@ -4,13 +4,29 @@
 
 namespace fanstream {
 
+namespace {
+
+std::vector<std::uint32_t> sizes_of(const AssetIndex& index, std::uint32_t cell) {
+  std::vector<std::uint32_t> sizes_bytes(index.piece_count(cell));
+  for (std::uint32_t i = 0; i < sizes_bytes.size(); ++i) sizes_bytes[i] = index.piece_bytes(cell, i);
+  return sizes_bytes;
+}
+
+}  // namespace
+
 std::vector<OrderedSegment> order_segments(const AssetHead& head, const AssetIndex& index) {
   std::vector<OrderedSegment> order;
   order.reserve(index.segments.size());
   std::size_t first_cell = 0;
-  for (std::uint32_t slab = 0; slab < head.slab_ends.size(); ++slab) {
+  for (std::uint32_t slab = 0; slab < head.slab_count(); ++slab) {
     std::size_t end_cell = first_cell;
     while (end_cell < index.cells.size() && index.cells[end_cell].slab == slab) ++end_cell;
+    if (first_cell == index.first_paged) {
+      for (std::uint32_t c = index.first_page_owner; c < index.first_paged; ++c) {
+        order.push_back({c, index.cells[c].segment_count, index.cells[c].page_bytes, kPageLayer});
+      }
+      if (index.unknown_pages != 0) return order;
+    }
     for (std::uint32_t layer = head.layer_begin(slab); layer < head.slab_ends[slab]; ++layer) {
       const std::uint32_t segment = layer - head.layer_begin(slab);
       for (std::size_t c = first_cell; c < end_cell; ++c) {
@@ -27,18 +43,25 @@ std::vector<OrderedSegment> order_segments(const AssetHead& head, const AssetInd
   return order;
 }
 
-std::shared_ptr<const SegmentTable> segment_table(const AssetIndex& index) {
+std::shared_ptr<SegmentTable> segment_table(const AssetIndex& index) {
   auto table = std::make_shared<SegmentTable>();
   table->reserve(index.cells.size(), index.segments.size());
-  std::vector<std::uint32_t> sizes_bytes;
-  for (const CellEntry& cell : index.cells) {
-    sizes_bytes.clear();
-    for (std::uint32_t i = 0; i < cell.segment_count; ++i)
-      sizes_bytes.push_back(index.segments[cell.first_segment + i].size_bytes);
-    table->add_cell(sizes_bytes);
+  for (std::uint32_t c = 0; c < index.cells.size(); ++c) {
+    if (index.is_known(c)) {
+      table->add_cell(sizes_of(index, c));
+    } else {
+      table->add_unknown_cell(index.piece_count(c));
+    }
   }
   if (index.polygons.size_bytes != 0) table->add_cell(std::vector<std::uint32_t>{index.polygons.size_bytes});
   return table;
+}
+
+void learn_children(const AssetIndex& index, std::uint32_t parent, SegmentTable& table) {
+  const CellEntry& entry = index.cells[parent];
+  for (std::uint32_t c = entry.first_child; c < entry.first_child + entry.child_count; ++c) {
+    table.learn_cell(c, sizes_of(index, c));
+  }
 }
 
 std::vector<CellRun> wants_for(const std::vector<OrderedSegment>& order, std::size_t end) {

@@ -78,6 +78,9 @@ class FileStream final : public SegmentStream {
     given_.assign(table_->cell_count(), 0);
     return {};
   }
+  void learn_children(const AssetIndex& index, std::uint32_t parent) override {
+    fanstream::learn_children(index, parent, *table_);
+  }
   Result<std::uint32_t> want(std::vector<CellRun> runs) override {
     if (Result<void> valid = check_cells(runs, table_.get(), name_); !valid) return tl::unexpected(valid.error());
     walk_.set(std::move(runs));
@@ -111,7 +114,7 @@ class FileStream final : public SegmentStream {
   std::string name_;
   std::string model_;
   const std::atomic<bool>* stop_;
-  std::shared_ptr<const SegmentTable> table_;
+  std::shared_ptr<SegmentTable> table_;
   std::vector<std::uint32_t> given_;
   WantWalk walk_;
   bool outstanding_ = false;
@@ -133,6 +136,9 @@ class ServerStream final : public SegmentStream {
   Result<std::span<const std::byte>> head() override;
   Result<std::span<const std::byte>> index() override;
   Result<void> use_index(const AssetIndex& index) override;
+  void learn_children(const AssetIndex& index, std::uint32_t parent) override {
+    fanstream::learn_children(index, parent, *table_);
+  }
   Result<std::uint32_t> want(std::vector<CellRun> runs) override;
   Result<void> release(const std::vector<CellRun>& runs) override;
   Result<Next> next_event(TimeMs timeout_ms) override;
@@ -158,7 +164,7 @@ class ServerStream final : public SegmentStream {
   std::unique_ptr<SegmentCache> cache_;
   std::optional<std::string> cache_off_reason_;
   bool head_cached_ = false, index_cached_ = false;
-  std::shared_ptr<const SegmentTable> table_;
+  std::shared_ptr<SegmentTable> table_;
   std::vector<std::uint32_t> given_;
   WantWalk walk_;
   std::optional<std::vector<CellRun>> wants_;
@@ -185,14 +191,19 @@ std::optional<HeldAsset> ServerStream::cached_asset(const Digest& digest) {
   if (!preamble || preamble->digest != digest || !asset_head) return std::nullopt;
   HeldAsset held{preamble->digest, std::move(*head), {}, {}};
   if (!index) return held;
-  const Result<AssetIndex> asset_index = read_index(*index, *preamble, *asset_head, name_);
+  Result<AssetIndex> asset_index = read_index(*index, *preamble, *asset_head, name_);
   if (!asset_index) return held;
   held.index = std::move(*index);
-  const std::shared_ptr<const SegmentTable> table = segment_table(*asset_index);
+  const std::shared_ptr<SegmentTable> table = segment_table(*asset_index);
   for (std::uint32_t cell = 0; cell < table->cell_count(); ++cell) {
-    std::uint32_t segment = table->next_to_send(cell, 0);
-    while (segment < table->segment_count(cell) && cache_->holds(cell, segment))
+    std::uint32_t segment = table->is_known(cell) ? table->next_to_send(cell, 0) : 0;
+    while (table->is_known(cell) && segment < table->segment_count(cell) && cache_->holds(cell, segment)) {
+      const bool page = asset_index->is_page(cell, segment);
+      const auto bytes = page ? cache_->read(cell, segment) : std::nullopt;
+      if (page && (!bytes || !read_page(*bytes, cell, *asset_head, *asset_index, name_))) break;
+      if (page) fanstream::learn_children(*asset_index, cell, *table);
       segment = table->next_to_send(cell, segment + 1);
+    }
     held.prefixes.push_back(segment);
   }
   return held;

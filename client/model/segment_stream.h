@@ -54,6 +54,9 @@ class SegmentStream {
   virtual Result<std::span<const std::byte>> index() = 0;
   // What was read of index(): to be told before want().
   virtual Result<void> use_index(const AssetIndex& index) = 0;
+  // The index has come to know the children of this cell (read_page), whose page was given out: to be told before the
+  // next call of anything else. Nothing is to be wanted of cells that are not known.
+  virtual void learn_children(const AssetIndex& index, std::uint32_t parent) = 0;
 
   // An ordered list of (cell, prefix), in runs; replaces the list before it. Segments given out before and not released
   // are left out. Returns its number, which WantsServed names. Fails on cells that the model has not.

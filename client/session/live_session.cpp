@@ -86,7 +86,10 @@ class LiveSession final : public ViewSession {
       if (!wanted) stale_bytes_ += piece->bytes.size();
       segment_bytes_ += piece->bytes.size();
       ++segments_;
-      return model_->add_segment(piece->cell, piece->segment, piece->bytes);
+      if (Result<void> added = model_->add_segment(piece->cell, piece->segment, piece->bytes); !added) return added;
+      const AssetIndex& index = model_->mesh().index();
+      if (index.is_page(piece->cell, piece->segment)) transport_->learn_children(index, piece->cell);
+      return {};
     }
     if (const auto* hindered = std::get_if<event::Hindered>(&event)) hindrance_ = hindered->reason;
     // Cells that have come to be may ask for more; no need to wait for the next frame.

@@ -9,6 +9,43 @@
 namespace fanstream {
 namespace {
 
+Result<void> want_all(SegmentStream& stream, const AssetHead& head, const AssetIndex& index) {
+  const std::vector<OrderedSegment> order = order_segments(head, index);
+  Result<std::uint32_t> wanted = stream.want(wants_for(order, order.size()));
+  return wanted ? Result<void>() : tl::unexpected(wanted.error());
+}
+
+// Segments and pages, each to its place; of the paged cells when their places are known.
+Result<void> receive_pieces(SegmentStream& stream, const AssetHead& head, AssetIndex& index,
+                            std::span<std::byte> sections, const SessionSettings& settings) {
+  std::uint64_t left = head.has_pages ? index.paged_end - index.paged_offset : 0;
+  for (std::uint32_t c = 0; c < std::min<std::size_t>(index.cells.size(), index.first_paged); ++c) {
+    for (std::uint32_t i = 0; i < index.piece_count(c); ++i) left += index.piece_bytes(c, i);
+  }
+  left += index.polygons.size_bytes;
+  const std::uint64_t total = left;
+  if (Result<void> wanted = want_all(stream, head, index); !wanted) return wanted;
+  while (left > 0) {
+    Result<std::optional<StreamEvent>> event = stream.next_event(1000);
+    if (!event) return tl::unexpected(event.error());
+    if (!*event) continue;
+    const auto* piece = std::get_if<event::SegmentArrived>(&**event);
+    if (piece == nullptr) continue;
+    std::copy(piece->bytes.begin(), piece->bytes.end(),
+              sections.begin() + static_cast<std::ptrdiff_t>(index.piece_offset(piece->cell, piece->segment)));
+    left -= piece->bytes.size();
+    if (settings.progress) {
+      settings.progress("receiving the whole model", 1.0 - static_cast<double>(left) / static_cast<double>(total));
+    }
+    if (!index.is_page(piece->cell, piece->segment) || index.unknown_pages == 0) continue;
+    if (Result<void> page = read_page(piece->bytes, piece->cell, head, index, stream.name()); !page) return page;
+    stream.learn_children(index, piece->cell);
+    if (index.unknown_pages != 0) continue;
+    if (Result<void> wanted = want_all(stream, head, index); !wanted) return wanted;
+  }
+  return {};
+}
+
 // Everything that a source has, as the bytes of an asset file.
 Result<std::vector<std::byte>> receive_file(SegmentStream& stream, const SessionSettings& settings) {
   const auto head = stream.head();
@@ -19,32 +56,17 @@ Result<std::vector<std::byte>> receive_file(SegmentStream& stream, const Session
   if (!read) return tl::unexpected(read.error());
   const auto index_bytes = stream.index();
   if (!index_bytes) return tl::unexpected(index_bytes.error());
-  const Result<AssetIndex> index = read_index(*index_bytes, *preamble, *read, stream.name());
+  Result<AssetIndex> index = read_index(*index_bytes, *preamble, *read, stream.name());
   if (!index) return tl::unexpected(index.error());
   if (Result<void> used = stream.use_index(*index); !used) return tl::unexpected(used.error());
   std::vector<std::byte> sections(preamble->section_bytes());
   std::copy(head->begin(), head->end(), sections.begin());
   std::copy(index_bytes->begin(), index_bytes->end(), sections.begin() + static_cast<std::ptrdiff_t>(head->size()));
-  const std::vector<OrderedSegment> order = order_segments(*read, *index);
-  if (Result<std::uint32_t> wanted = stream.want(wants_for(order, order.size())); !wanted) {
-    return tl::unexpected(wanted.error());
+  if (Result<void> received = receive_pieces(stream, *read, *index, sections, settings); !received) {
+    return tl::unexpected(received.error());
   }
-  std::uint64_t received = 0;
-  while (received < preamble->segment_bytes) {
-    Result<std::optional<StreamEvent>> event = stream.next_event(1000);
-    if (!event) return tl::unexpected(event.error());
-    if (!*event) continue;
-    const auto* segment = std::get_if<event::SegmentArrived>(&**event);
-    if (segment == nullptr) continue;
-    const SegmentEntry& entry = index->entry(segment->cell, segment->segment);
-    std::copy(segment->bytes.begin(), segment->bytes.end(),
-              sections.begin() + static_cast<std::ptrdiff_t>(entry.offset));
-    received += segment->bytes.size();
-    if (settings.progress) {
-      settings.progress("receiving the whole model",
-                        static_cast<double>(received) / static_cast<double>(preamble->segment_bytes));
-    }
-  }
+  const std::vector<std::byte> table = range_table(*read, *index);
+  std::copy(table.begin(), table.end(), sections.end() - static_cast<std::ptrdiff_t>(table.size()));
   return assemble_file(*preamble, std::span(sections).subspan(kPreambleBytes));
 }
 

@@ -49,6 +49,8 @@ class SessionTransport {
   virtual Result<void> run_until(double time_s, const OnEvent& on_event) = 0;
   // What was read of the index, before the first want.
   virtual Result<void> use_index(const AssetIndex& index) = 0;
+  // What a page tells of, while on_event handles it.
+  virtual void learn_children(const AssetIndex& index, std::uint32_t parent) = 0;
   virtual Result<void> want(std::vector<CellRun> runs) = 0;
   virtual Result<void> release(const std::vector<CellRun>& runs) = 0;
   virtual double now_s() const = 0;

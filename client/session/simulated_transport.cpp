@@ -25,7 +25,11 @@ class SimulatedTransport final : public SessionTransport {
     return handled ? ran : handled;
   }
   Result<void> use_index(const AssetIndex& index) override {
-    return connection_.set_segment_table(segment_table(index));
+    table_ = segment_table(index);
+    return connection_.set_segment_table(table_);
+  }
+  void learn_children(const AssetIndex& index, std::uint32_t parent) override {
+    fanstream::learn_children(index, parent, *table_);
   }
   Result<void> want(std::vector<CellRun> runs) override {
     const Result<std::uint32_t> epoch = connection_.set_wants(std::move(runs));
@@ -65,6 +69,7 @@ class SimulatedTransport final : public SessionTransport {
 
   std::string name_;
   SimulatedConnection connection_;
+  std::shared_ptr<SegmentTable> table_;
 };
 
 }  // namespace

@@ -33,6 +33,9 @@ class StreamedTransport final : public SessionTransport {
     }
   }
   Result<void> use_index(const AssetIndex& index) override { return stream_->use_index(index); }
+  void learn_children(const AssetIndex& index, std::uint32_t parent) override {
+    stream_->learn_children(index, parent);
+  }
   Result<void> want(std::vector<CellRun> runs) override {
     const Result<std::uint32_t> number = stream_->want(std::move(runs));
     if (!number) return tl::unexpected(number.error());

@@ -33,14 +33,43 @@ Result<void> ViewModel::set_index(std::shared_ptr<const AssetIndex> index, const
   if (!table) return tl::unexpected(table.error());
   table_ = std::move(*table);
   targets_.assign(index->cells.size(), 0);
-  mesh_.set_index(std::move(index));
+  index_ = std::make_shared<AssetIndex>(*index);
+  mesh_.set_index(index_);
+  const std::size_t owners =
+      index_->has_page(index_->first_page_owner) ? index_->first_paged - index_->first_page_owner : 0;
+  closed_pages_.assign(owners, false);
   mesh_.set_all_targets(0);
   planner_ = std::make_unique<Planner>(table_);
   return {};
 }
 
 Result<void> ViewModel::add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes) {
-  return mesh_.add_segment(cell, segment, bytes);
+  const bool page = index_ && cell < index_->cells.size() && segment == index_->cells[cell].segment_count;
+  return page ? add_page(cell, bytes) : mesh_.add_segment(cell, segment, bytes);
+}
+
+Result<void> ViewModel::add_page(std::uint32_t cell, std::span<const std::byte> bytes) {
+  const bool known = index_->has_page(cell) && index_->knows_children(cell);
+  if (Result<void> read = read_page(bytes, cell, mesh_.head(), *index_, "the cell table"); !read || known) return read;
+  mesh_.learn_children(cell);
+  learn_children(mesh_.head(), *index_, cell, table_);
+  update_prefixes(cell);
+  return {};
+}
+
+// A page that is known counts as held with the segment before it, and as applied where it is open.
+void ViewModel::update_prefixes(std::uint32_t cell) {
+  const std::uint32_t segments = index_->cells[cell].segment_count;
+  const bool page = index_->has_page(cell) && index_->knows_children(cell);
+  const bool open = page && !closed_pages_[cell - index_->first_page_owner];
+  const std::uint32_t held = mesh_.held_prefix(cell);
+  const std::uint32_t applied = mesh_.applied_prefix(cell);
+  table_.set_held(cell, page && held == segments ? held + 1 : held);
+  if (open && applied == segments) {
+    table_.set_applied(cell, applied + 1);
+  } else {
+    table_.set_applied(cell, applied, mesh_.begun_prefix(cell));
+  }
 }
 
 // Around all that the cell has ever covered, and as far around it as the original may be: so it holds the cell's part
@@ -92,8 +121,7 @@ void ViewModel::update_supports(std::uint32_t cell) {
 void ViewModel::update_table() {
   std::vector<std::uint32_t> blocking;
   for (const std::uint32_t c : mesh_.take_changed_cells()) {
-    table_.set_held(c, mesh_.held_prefix(c));
-    table_.set_applied(c, mesh_.applied_prefix(c), mesh_.begun_prefix(c));
+    update_prefixes(c);
     if (!mesh_.is_live(c)) continue;
     update_extent(c);
     update_supports(c);
@@ -110,7 +138,29 @@ void ViewModel::update_table() {
 const Plan& ViewModel::plan(const View& view, const PlanOptions& options) {
   update_table();
   plan_ = &planner_->plan(view, options);
+  // What is open or not follows from the plan, and the plan from that: opening one never closes another.
+  for (int round = 0; round < 4 && follow_pages(); ++round) plan_ = &planner_->plan(view, options);
   return *plan_;
+}
+
+// Known pages are closed where the plan does without their cells, and none of these has begun; then the parent counts
+// as what is drawn. True if any has changed.
+bool ViewModel::follow_pages() {
+  bool changed = false;
+  for (std::size_t i = 0; i < closed_pages_.size(); ++i) {
+    const auto cell = static_cast<std::uint32_t>(index_->first_page_owner + i);
+    const CellEntry& entry = index_->cells[cell];
+    if (!index_->knows_children(cell)) continue;
+    bool closed = plan_->targets[cell] <= entry.segment_count;
+    for (std::uint32_t child = entry.first_child; closed && child < entry.first_child + entry.child_count; ++child) {
+      closed = table_.begun(child) == 0;
+    }
+    if (closed == closed_pages_[i]) continue;
+    closed_pages_[i] = closed;
+    update_prefixes(cell);
+    changed = true;
+  }
+  return changed;
 }
 
 std::vector<CellRun> ViewModel::wants() const {

@@ -33,7 +33,8 @@ class ViewModel {
   Result<void> set_index(std::shared_ptr<const AssetIndex> index, const std::string& name);
   bool has_index() const { return planner_ != nullptr; }
 
-  // As of ProgressiveMesh. A segment that does not come next in its cell is kept for when it does.
+  // As of ProgressiveMesh, or a page: then the cell's children become known, here and in mesh().index(), which is a
+  // copy of the index that was set. A segment that does not come next in its cell is kept for when it does.
   Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
 
   // Precondition of all that follow: has_index().
@@ -57,16 +58,21 @@ class ViewModel {
   const Plan& current_plan() const { return *plan_; }
 
  private:
+  Result<void> add_page(std::uint32_t cell, std::span<const std::byte> bytes);
   void update_table();
+  void update_prefixes(std::uint32_t cell);
+  bool follow_pages();
   void update_extent(std::uint32_t cell);
   void update_supports(std::uint32_t cell);
 
   ProgressiveMesh mesh_;
+  std::shared_ptr<AssetIndex> index_;  // the mesh's
   CellTable table_;
   std::unique_ptr<Planner> planner_;
   const Plan* plan_ = nullptr;
   bool polygons_wanted_ = false;
   std::vector<std::uint8_t> targets_;            // those that the mesh has been told
+  std::vector<bool> closed_pages_;               // by cell that has one
   std::vector<ProgressiveMesh::Support> found_;  // scratch
   std::vector<Support> supports_;                // scratch
 };

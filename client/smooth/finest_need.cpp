@@ -7,7 +7,12 @@ FinestNeed::FinestNeed(const AssetHead& head, const AssetIndex& index) : final_v
   std::vector<float> splits(index.cells.size(), 0.0F);  // with those of all descendants
   for (std::size_t c = index.cells.size(); c-- > 0;) {
     const CellEntry& cell = index.cells[c];
-    splits[c] += static_cast<float>(cell.split_count);
+    if (index.is_known(static_cast<std::uint32_t>(c))) {
+      splits[c] += static_cast<float>(cell.split_count);
+    } else {  // what its parent announces of all its children
+      const CellEntry& parent = index.cells[cell.parent];
+      splits[c] += static_cast<float>(parent.child_splits) / static_cast<float>(parent.child_count);
+    }
     if (cell.slab > 0) splits[cell.parent] += splits[c];
   }
   std::vector<float> initial(index.cells.size(), 0.0F);

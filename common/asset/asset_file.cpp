@@ -119,7 +119,7 @@ Result<void> AssetFile::read() {
                 fmt::format("{}: {} vertices in {} bytes are not believed; the asset is forged or damaged", name_,
                             head->vertex_count, bytes_.size()));
   }
-  Result<AssetIndex> index = read_index(this->index(), preamble_, *head, name_);
+  Result<AssetIndex> index = read_whole_index(bytes_, preamble_, *head, name_);
   if (!index) return tl::unexpected(index.error());
   head_ = std::make_shared<const AssetHead>(std::move(*head));
   index_ = std::make_shared<const AssetIndex>(std::move(*index));
@@ -127,8 +127,7 @@ Result<void> AssetFile::read() {
 }
 
 std::span<const std::byte> AssetFile::segment(std::uint32_t cell, std::uint32_t segment) const {
-  const SegmentEntry& entry = index_->entry(cell, segment);
-  return bytes_.subspan(entry.offset, entry.size_bytes);
+  return bytes_.subspan(index_->piece_offset(cell, segment), index_->piece_bytes(cell, segment));
 }
 
 std::span<const std::byte> AssetFile::content() const {

@@ -32,6 +32,7 @@ class AssetFile final : public SegmentSource {
   std::span<const std::byte> bytes() const { return bytes_; }
   const AssetPreamble& preamble() const { return preamble_; }
   const std::shared_ptr<const AssetHead>& asset_head() const { return head_; }
+  // With all pages.
   const std::shared_ptr<const AssetIndex>& asset_index() const { return index_; }
   const std::string& name() const { return name_; }
 
@@ -44,9 +45,7 @@ class AssetFile final : public SegmentSource {
   std::uint32_t cell_count() const override {
     return static_cast<std::uint32_t>(index_->cells.size() + (index_->polygons.size_bytes != 0 ? 1 : 0));
   }
-  std::uint32_t segment_count(std::uint32_t cell) const override {
-    return cell == index_->polygon_cell() ? 1 : index_->cells[cell].segment_count;
-  }
+  std::uint32_t segment_count(std::uint32_t cell) const override { return index_->piece_count(cell); }
   std::span<const std::byte> segment(std::uint32_t cell, std::uint32_t segment) const override;
   std::uint64_t vertex_count() const override { return head_->vertex_count; }
   std::uint64_t triangle_count() const override { return head_->triangle_count; }

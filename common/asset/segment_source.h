@@ -18,7 +18,7 @@ class SegmentSource {
   virtual Digest digest() const = 0;
   // Header, coding tables and FM0: enough for a first picture. Sent first.
   virtual std::span<const std::byte> head() const = 0;
-  // The cell table: what there is to want. Sent second.
+  // The cell table: what there is to want. Sent second. It may leave out cells of which a segment of another tells.
   virtual std::span<const std::byte> index() const = 0;
   virtual std::uint32_t cell_count() const = 0;
   // Segments of a cell, coarse to fine; a want for prefix p means segments 0..p-1.

@@ -9,6 +9,12 @@ HeldSegments::HeldSegments(std::shared_ptr<const AssetIndex> index)
   for (std::size_t s = 0; s < held_.size(); ++s) held_[s] = index_->segments[s].size_bytes == 0;
 }
 
+void HeldSegments::learn(std::uint32_t cell) {
+  for (std::uint32_t s = 0; s < index_->cells[cell].segment_count; ++s) {
+    if (index_->segments[number(cell, s)].size_bytes == 0) held_[number(cell, s)] = true;
+  }
+}
+
 std::uint32_t HeldSegments::prefix(std::uint32_t cell) const {
   std::uint32_t count = 0;
   while (count < index_->cells[cell].segment_count && holds(cell, count)) ++count;

@@ -18,6 +18,8 @@ class HeldSegments {
   HeldSegments() = default;
   explicit HeldSegments(std::shared_ptr<const AssetIndex> index);
 
+  // The index has come to know the cell: its empty segments are held.
+  void learn(std::uint32_t cell);
   bool holds(std::uint32_t cell, std::uint32_t segment) const { return held_[number(cell, segment)]; }
   // How many segments of the cell are held without a gap, from the first on.
   std::uint32_t prefix(std::uint32_t cell) const;

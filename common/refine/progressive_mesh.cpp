@@ -173,6 +173,8 @@ void ProgressiveMesh::update_limit(std::uint32_t cell_number) {
 }
 
 bool ProgressiveMesh::holds(std::uint32_t cell, std::uint32_t segment) const {
+  if (index_->is_polygons(cell, segment)) return !polygons_.empty();
+  if (segment == index_->cells[cell].segment_count) return index_->knows_children(cell);
   return index_->segments[index_->cells[cell].first_segment + segment].size_bytes != 0 && held_.holds(cell, segment);
 }
 
@@ -180,7 +182,9 @@ Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32
                                           std::span<const std::byte> bytes) {
   const auto where = [&] { return "cell " + std::to_string(cell_number) + " segment " + std::to_string(segment); };
   if (index_ && index_->is_polygons(cell_number, segment)) return keep_polygons(bytes);
-  if (!index_ || cell_number >= cells_.size() || segment >= index_->cells[cell_number].segment_count) {
+  const bool exists = index_ && cell_number < cells_.size() && segment < index_->piece_count(cell_number);
+  if (exists && segment == index_->cells[cell_number].segment_count) return {};  // a page: see learn_children
+  if (!exists) {
     return fail(ErrorKind::bad_input, where() + " does not exist in this asset");
   }
   const CellEntry& entry = index_->cells[cell_number];
@@ -204,6 +208,19 @@ Result<void> ProgressiveMesh::keep_polygons(std::span<const std::byte> bytes) {
   }
   polygons_.assign(bytes.begin(), bytes.end());
   return {};
+}
+
+void ProgressiveMesh::learn_children(std::uint32_t parent) {
+  const CellEntry& entry = index_->cells[parent];
+  for (std::uint32_t child = entry.first_child; child < entry.first_child + entry.child_count; ++child) {
+    held_.learn(child);
+    if (!cells_[child].live) continue;
+    CellVertices& vertices = cells_[child].live->vertices;
+    vertices.first_new = index_->cells[child].first_vertex;
+    vertices.most_new = index_->cells[child].split_count;
+    update_limit(child);
+    note_change(child);
+  }
 }
 
 std::size_t ProgressiveMesh::release_segments(std::uint32_t cell_number, std::uint32_t keep) {

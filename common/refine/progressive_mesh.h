@@ -64,10 +64,14 @@ class ProgressiveMesh {
   // The cell table may come later than FM0; nothing can be refined before. Call once.
   void set_index(std::shared_ptr<const AssetIndex> index);
   bool has_index() const { return index_ != nullptr; }
+  // The index, which is still the same object, has come to know the children of this cell (read_page). What it does not
+  // know stays as it is.
+  void learn_children(std::uint32_t parent);
 
   // Takes a copy of a segment's bytes, in any order; a second copy is ignored. Fails if there is no such segment, or if
-  // size differs from the cell table's. Nothing is decoded yet. The polygon section (AssetIndex::polygon_cell) is taken
-  // like any other, but means nothing to the mesh: it is kept for SourcePolygons.
+  // size differs from the cell table's. Nothing is decoded yet. Pages are ignored: they are for the index. The polygon
+  // section (AssetIndex::polygon_cell) is taken like any other segment, but means nothing to the mesh: it is kept for
+  // SourcePolygons.
   Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
   std::span<const std::byte> polygon_bytes() const { return polygons_; }  // empty: not held, or there are none
   // Frees the bytes of a cell's segments from number `keep` on, but not of those of which a generation is applied:

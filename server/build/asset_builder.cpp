@@ -184,6 +184,11 @@ class Builder {
     index_.base_next_splits = std::move(base_next_splits);
     surface.finish(index_.cells);
     fill_index(by_cell, surface);
+    const std::uint32_t slabs = head_.slab_count();
+    const auto last_cells = std::count_if(index_.cells.begin(), index_.cells.end(),
+                                          [&](const CellEntry& cell) { return cell.slab + 1 == slabs; });
+    head_.has_pages = slabs > 1 && last_cells >= options_.paged_cells;
+    pages_ = write_pages(head_, index_);
     return encode_polygons_of(grower);
   }
 
@@ -235,13 +240,17 @@ class Builder {
     AssetPreamble preamble;
     preamble.head_bytes = kPreambleBytes + head.size();
     preamble.index_bytes = index.size();
-    for (const auto& layer : layer_segments_) preamble.segment_bytes += layer.size();
-    preamble.segment_bytes += polygon_bytes_.size();
     ByteWriter body;
     body.bytes(head.view());
     body.bytes(index.view());
-    for (const auto& layer : layer_segments_) body.bytes(layer);
+    const std::uint32_t last_slab = head_.slab_count() - 1;
+    for (std::uint32_t layer = 0; layer < layer_segments_.size(); ++layer) {
+      if (layer == head_.layer_begin(last_slab)) body.bytes(pages_);
+      body.bytes(layer_segments_[layer]);
+    }
     body.bytes(polygon_bytes_);
+    body.bytes(range_table(head_, index_));
+    preamble.segment_bytes = body.size() - head.size() - index.size();
     BuiltAsset built;
     built.bytes = assemble_file(preamble, body.view());
     fill_report(built, history, preamble);
@@ -266,7 +275,8 @@ class Builder {
     r.polygon_bytes = polygon_bytes_.size();
     r.quads = quads_;
     r.larger_polygons = larger_polygons_;
-    r.split_bytes = preamble.segment_bytes - r.polygon_bytes;
+    r.split_bytes =
+        preamble.segment_bytes - pages_.size() - range_table_bytes(head_, index_) - r.polygon_bytes;
     r.table_bytes = r.total_bytes - r.base_bytes - r.split_bytes - r.polygon_bytes;
   }
 
@@ -280,6 +290,7 @@ class Builder {
   std::vector<std::vector<std::byte>> layer_segments_;
   std::vector<std::byte> polygon_bytes_;
   std::uint64_t quads_ = 0, larger_polygons_ = 0;
+  std::vector<std::byte> pages_;
 };
 
 }  // namespace

@@ -27,6 +27,9 @@ struct BuildOptions {
   // By triangle of the mesh, the source's face that it is part of (CleanedMesh::source_faces): where it says anything,
   // the asset gets a section that tells which edges lie inside polygons. Has to live as long as the building.
   std::span<const std::uint32_t> source_faces = {};
+  // From so many cells of the last slab on they are told by pages (AssetHead::has_pages): a page costs about three
+  // bytes, and what a view does not need of a small table is not worth them.
+  std::uint32_t paged_cells = 1024;
   // Called with the stage's name and the share of it that is done; may be empty.
   std::function<void(std::string_view stage, double fraction)> progress;
 };

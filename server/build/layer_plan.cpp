@@ -32,7 +32,7 @@ Granularity default_granularity(std::uint32_t vertex_count) {
   constexpr double kLarge = 400'000.0;
   const double share = std::clamp(std::log(vertex_count / kSmall) / std::log(kLarge / kSmall), 0.0, 1.0);
   const auto between = [share](double small, double large) { return small * std::pow(large / small, share); };
-  return {between(48.0, 3.5), between(4.0, 11.0), between(16.0, 2.0), between(1.5, 2.5), share};
+  return {between(48.0, 4.0), between(4.0, 11.0), between(16.0, 1.3), between(1.5, 2.5), 2.0 * share};
 }
 
 LayerPlan plan_layers(std::span<const std::uint32_t> vertices, const Granularity& options) {

@@ -18,7 +18,7 @@ struct SimplifyOptions {
   double edges_per_vertex = 1.5;
   // What a merge costs and where its parent goes. Precondition: check_cost_options.
   CostOptions cost;
-  // 0 makes the surface's mean distance from the original small, 1 its largest; see make_merge_cost.
+  // 0 makes the surface's mean distance from the original small, 1 or 2 its largest; see make_merge_cost.
   double evenness = 0.0;
   // How much merges that take many bits to code are put back behind others of like cost; 0 looks at shape alone.
   double coding_weight = 1.0;

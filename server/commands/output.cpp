@@ -48,7 +48,7 @@ BuildReport report_of(const AssetFile& asset) {
   report.total_bytes = asset.size_bytes();
   report.base_bytes = head.base_bytes;
   report.polygon_bytes = head.polygon_bytes;
-  report.split_bytes = asset.preamble().segment_bytes - report.polygon_bytes;
+  for (const SegmentEntry& segment : index.segments) report.split_bytes += segment.size_bytes;
   report.table_bytes = report.total_bytes - report.base_bytes - report.split_bytes - report.polygon_bytes;
   if (head.polygon_bytes == 0) return report;
   const auto polygons = read_polygons(asset.segment(index.polygon_cell(), 0), head, index, asset.name());

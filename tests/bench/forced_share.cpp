@@ -106,7 +106,7 @@ double SplitDependencies::byte_share(std::span<const std::uint32_t> needed) cons
   std::uint64_t used = 0;
   for (std::uint32_t c = 0; c < cells_.size(); ++c) {
     const std::uint32_t layer_begin = head.layer_begin(asset_->asset_index()->cells[c].slab);
-    for (std::uint32_t s = 0; s < asset_->segment_count(c); ++s) {
+    for (std::uint32_t s = 0; s < asset_->asset_index()->cells[c].segment_count; ++s) {  // no pages
       const std::size_t size = asset_->segment(c, s).size();
       all += size;
       if (needed[c] >= head.first_generation(layer_begin + s)) used += size;

@@ -19,8 +19,7 @@ Result<Parts> read_parts(std::span<const std::byte> bytes, const std::string& na
   }
   Result<AssetHead> head = read_head(bytes.first(preamble->head_bytes), name);
   if (!head) return tl::unexpected(head.error());
-  Result<AssetIndex> index =
-      read_index(bytes.subspan(preamble->head_bytes, preamble->index_bytes), *preamble, *head, name);
+  Result<AssetIndex> index = read_whole_index(bytes, *preamble, *head, name);
   if (!index) return tl::unexpected(index.error());
   return Parts{*preamble, std::make_shared<const AssetHead>(std::move(*head)),
                std::make_shared<const AssetIndex>(std::move(*index))};
@@ -46,8 +45,7 @@ std::span<const std::byte> OpenAsset::index() const {
 }
 
 std::span<const std::byte> OpenAsset::segment(std::uint32_t cell, std::uint32_t segment) const {
-  const SegmentEntry& entry = asset_index_->segments[asset_index_->cells[cell].first_segment + segment];
-  return std::span(bytes_).subspan(entry.offset, entry.size_bytes);
+  return std::span(bytes_).subspan(asset_index_->piece_offset(cell, segment), asset_index_->piece_bytes(cell, segment));
 }
 
 Result<std::unique_ptr<ProgressiveMesh>> rebuild_fully(std::span<const std::byte> bytes, const std::string& name) {

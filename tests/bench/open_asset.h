@@ -25,7 +25,7 @@ class OpenAsset final : public SegmentSource {
   std::span<const std::byte> head() const override;
   std::span<const std::byte> index() const override;
   std::uint32_t cell_count() const override { return static_cast<std::uint32_t>(asset_index_->cells.size()); }
-  std::uint32_t segment_count(std::uint32_t cell) const override { return asset_index_->cells[cell].segment_count; }
+  std::uint32_t segment_count(std::uint32_t cell) const override { return asset_index_->piece_count(cell); }
   std::span<const std::byte> segment(std::uint32_t cell, std::uint32_t segment) const override;
   std::uint64_t vertex_count() const override { return asset_head_->vertex_count; }
   std::uint64_t triangle_count() const override { return asset_head_->triangle_count; }

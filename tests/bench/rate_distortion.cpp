@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <set>
 
 #include "client/session/draco_peer.h"
 #include "common/geometry/mesh_distance.h"
@@ -72,7 +73,13 @@ class Curve {
     const Result<double> rms = rms_of(*mesh);
     if (!rms) return tl::unexpected(rms.error());
     std::size_t bytes = asset_->head().size() + asset_->index().size();
-    for (const SegmentId& s : segments) bytes += asset_->segment(s.cell, s.segment).size();
+    const AssetIndex& index = *asset_->asset_index();
+    std::set<std::uint32_t> pages;  // of which parents
+    for (const SegmentId& s : segments) {
+      bytes += asset_->segment(s.cell, s.segment).size();
+      if (s.cell >= index.first_paged) pages.insert(index.cells[s.cell].parent);
+    }
+    for (const std::uint32_t parent : pages) bytes += index.cells[parent].page_bytes;
     return RatePoint{static_cast<double>(bytes), *rms};
   }
 

@@ -33,7 +33,7 @@ Result<ViewDelivery> ViewDelivery::start(std::shared_ptr<const OpenAsset> asset,
   ViewDelivery delivery;
   std::shared_ptr<const AssetHead> head = asset->asset_head();
   std::shared_ptr<const AssetIndex> index = asset->asset_index();
-  if (tables == Tables::own) {
+  if (tables == Tables::own || head->has_pages) {
     Result<AssetHead> own_head = read_head(asset->head(), "the asset");
     if (!own_head) return tl::unexpected(own_head.error());
     head = std::make_shared<const AssetHead>(std::move(*own_head));

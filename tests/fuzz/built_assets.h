@@ -21,6 +21,7 @@ inline std::vector<std::byte> build_small_asset(TriangleMesh mesh, int position_
   options.segment_splits = 8;
   options.slab_growth = 3.5;
   options.source_faces = source_faces;
+  options.paged_cells = 1;
   const Result<BuiltAsset> built = build_asset(clean_mesh(std::move(mesh)).mesh, options);
   if (!built) {
     std::fprintf(stderr, "%s\n", built.error().message.c_str());

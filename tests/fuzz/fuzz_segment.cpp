@@ -44,7 +44,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::uint8_t* const end = data + size;
   while (end - data > 3) {
     const auto cell = static_cast<std::uint32_t>(data[0] % asset->asset_index()->cells.size());
-    const std::uint32_t segment = data[1] % asset->segment_count(cell);
+    const std::uint32_t segment = data[1] % asset->asset_index()->cells[cell].segment_count;  // no page
     const std::size_t length =
         std::min<std::size_t>(data[2], static_cast<std::size_t>(end - data - 3)) & ~std::size_t{1};  // they are even
     const std::span<const std::byte> bytes = std::as_bytes(std::span(data + 3, length));

@@ -132,17 +132,25 @@ std::vector<std::byte> mutated(std::span<const std::byte> good, std::size_t from
 }
 
 // Whatever was read is used as a client would use it.
-void use(const AssetHead& head, const AssetIndex& index) {
+void use(const AssetHead& head, AssetIndex index) {
   OpenAsset damaged = asset();
   damaged.head = std::make_shared<AssetHead>(head);
-  for (const SegmentEntry& entry : index.segments) {
-    ASSERT_LE(entry.offset, damaged.bytes.size());
-    ASSERT_LE(entry.size_bytes, damaged.bytes.size() - entry.offset);
+  for (std::uint32_t c = 0; c < index.cells.size(); ++c) {
+    const std::uint32_t page = index.cells[c].segment_count;
+    if (!index.has_page(c)) continue;
+    ASSERT_LE(index.piece_offset(c, page) + index.piece_bytes(c, page), damaged.bytes.size());
+    const auto bytes = std::span<const std::byte>(damaged.bytes).subspan(index.piece_offset(c, page));
+    (void)read_page(bytes.first(index.piece_bytes(c, page)), c, head, index, "model.fan");
   }
-  damaged.index = std::make_shared<AssetIndex>(index);
+  const bool whole = index.unknown_pages == 0;
+  damaged.index = std::make_shared<AssetIndex>(std::move(index));
   const auto mesh = start(damaged);
-  for (const auto& [cell, segment] : damaged.segments()) {
-    ASSERT_TRUE(mesh->add_segment(cell, segment, damaged.segment(cell, segment)));
+  for (std::uint32_t c = 0; c < damaged.index->cells.size(); ++c) {
+    if (!damaged.index->is_known(c) || (!whole && c >= damaged.index->first_paged)) continue;
+    for (std::uint32_t s = 0; s < damaged.index->cells[c].segment_count; ++s) {
+      ASSERT_LE(damaged.index->piece_offset(c, s) + damaged.index->piece_bytes(c, s), damaged.bytes.size());
+      ASSERT_TRUE(mesh->add_segment(c, s, damaged.segment(c, s)));
+    }
   }
   (void)mesh->refine();
   expect_sound(*mesh);

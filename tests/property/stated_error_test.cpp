@@ -106,7 +106,7 @@ class ModelUnderTest {
       SCOPED_TRACE("view " + std::to_string(i));
       if (!model || random_.one_in(3)) {
         model = std::make_unique<ViewModel>(asset_.head);
-        ASSERT_TRUE(model->set_index(asset_.index, "the index"));
+        ASSERT_TRUE(model->set_index(random_.one_in(2) ? asset_.index : asset_.first_index(), "the index"));
       }
       const View view = random_view(full_, bounds_, random_);
       PlanOptions options;

@@ -10,8 +10,13 @@
 namespace fanstream::testing {
 
 std::span<const std::byte> OpenAsset::segment(std::uint32_t cell, std::uint32_t number) const {
-  const SegmentEntry& entry = index->segments[index->cells[cell].first_segment + number];
-  return std::span(bytes).subspan(entry.offset, entry.size_bytes);
+  return std::span(bytes).subspan(index->piece_offset(cell, number), index->piece_bytes(cell, number));
+}
+
+std::shared_ptr<const AssetIndex> OpenAsset::first_index() const {
+  Result<AssetIndex> first = read_index(index_bytes(), preamble, *head, "asset");
+  EXPECT_TRUE(first) << first.error().message;
+  return first ? std::make_shared<const AssetIndex>(std::move(*first)) : nullptr;
 }
 
 std::vector<std::pair<std::uint32_t, std::uint32_t>> OpenAsset::segments() const {
@@ -33,7 +38,7 @@ Result<OpenAsset> open_asset(std::vector<std::byte> bytes) {
   if (preamble->file_bytes() != asset.bytes.size()) return fail(ErrorKind::bad_input, "sections do not add up");
   Result<AssetHead> head = read_head(asset.head_bytes(), "asset");
   if (!head) return tl::unexpected(head.error());
-  Result<AssetIndex> index = read_index(asset.index_bytes(), asset.preamble, *head, "asset");
+  Result<AssetIndex> index = read_whole_index(asset.bytes, asset.preamble, *head, "asset");
   if (!index) return tl::unexpected(index.error());
   asset.head = std::make_shared<AssetHead>(std::move(*head));
   asset.index = std::make_shared<AssetIndex>(std::move(*index));
@@ -46,6 +51,7 @@ BuildOptions small_cells() {
   options.cell_vertices = 16;
   options.segment_splits = 12.0;
   options.slab_growth = 2.5;
+  options.paged_cells = 1;
   return options;
 }
 

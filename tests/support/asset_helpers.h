@@ -16,21 +16,22 @@ struct OpenAsset {
   std::vector<std::byte> bytes;
   AssetPreamble preamble;
   std::shared_ptr<const AssetHead> head;
-  std::shared_ptr<const AssetIndex> index;
+  std::shared_ptr<const AssetIndex> index;  // with all pages
 
+  std::shared_ptr<const AssetIndex> first_index() const;  // without: as a client has it at first
   std::span<const std::byte> head_bytes() const { return std::span(bytes).first(preamble.head_bytes); }
   std::span<const std::byte> index_bytes() const {
     return std::span(bytes).subspan(preamble.head_bytes, preamble.index_bytes);
   }
   std::span<const std::byte> segment(std::uint32_t cell, std::uint32_t number) const;
-  // (cell, segment) of all segments that have bytes, by cell.
+  // (cell, segment) of all segments that have bytes, without pages, by cell.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> segments() const;
 };
 
 // Reads what build_asset wrote.
 Result<OpenAsset> open_asset(std::vector<std::byte> bytes);
 
-// Small cells and segments, so that small models have several slabs, layers and many cells.
+// Small cells and segments, so that small models have several slabs, layers and many cells, and pages.
 BuildOptions small_cells();
 
 // Builds and opens; a failure is the test's.

@@ -10,8 +10,8 @@
 
 namespace fanstream::testing {
 
-std::shared_ptr<const AssetFile> build_model(const TriangleMesh& mesh) {
-  Result<BuiltAsset> built = build_asset(mesh, {});
+std::shared_ptr<const AssetFile> build_model(const TriangleMesh& mesh, const BuildOptions& options) {
+  Result<BuiltAsset> built = build_asset(mesh, options);
   if (!built) throw std::runtime_error(built.error().message);
   auto asset = AssetFile::from_memory(std::move(built->bytes), "test asset");
   if (!asset) throw std::runtime_error(asset.error().message);

@@ -6,13 +6,14 @@
 
 #include "common/asset/asset_file.h"
 #include "common/mesh/triangle_mesh.h"
+#include "server/build/asset_builder.h"
 #include "server/net/stream_server.h"
 #include "tests/support/synthetic_source.h"
 
 namespace fanstream::testing {
 
 // The asset of a clean mesh. Throws what the builder says where it fails.
-std::shared_ptr<const AssetFile> build_model(const TriangleMesh& mesh);
+std::shared_ptr<const AssetFile> build_model(const TriangleMesh& mesh, const BuildOptions& options = {});
 // The Stanford bunny, imported, cleaned and built once; null where ../shared/data is absent.
 struct BuiltBunny {
   TriangleMesh mesh;  // cleaned

@@ -14,6 +14,7 @@ inline BuildOptions small_build_options() {
   options.cell_vertices = 12;
   options.segment_splits = 8;
   options.slab_growth = 3.5;
+  options.paged_cells = 1;
   return options;
 }
 

@@ -234,6 +234,81 @@ TEST(SegmentBatch, LiesAboutSegmentsAreRefusedByName) {
   has(refusal(0, {{0, 1, 2}}, 30, {{0, 1, 2}}), "segment 2, which nobody wanted");
 }
 
+// Cells 0 and 1 have a segment each, of 10 and 6 bytes; how large those of 2 and 3 are, two each, is said by cell 0's
+// and 1's.
+class TellingClient {
+ public:
+  TellingClient() {
+    table->add_cell(std::vector<std::uint32_t>{10});
+    table->add_cell(std::vector<std::uint32_t>{6});
+    table->add_unknown_cell(2);
+    table->add_unknown_cell(2);
+    std::vector<std::byte> script;
+    encode(Welcome{}, script);
+    session.receive(script, 0);
+    EXPECT_TRUE(session.open("model"));
+    Opened opened;
+    opened.cell_count = 4;
+    opened.segment_total = 6;
+    script.clear();
+    encode(opened, script);
+    session.receive(script, 0);
+    while (session.next_event()) {
+    }
+    EXPECT_TRUE(session.set_segment_table(table));
+    EXPECT_TRUE(session.set_wants({{0, 4, kAllSegments}}));
+    while (!session.pending_output().empty()) session.written(session.pending_output().size());
+  }
+  std::string outcome(const std::vector<BatchRun>& runs, std::size_t bytes, bool tells = true) {
+    std::vector<std::byte> frame(kDataContentAt);
+    WireWriter writer(frame);
+    write_batch_fields(0, runs, writer);
+    frame.resize(frame.size() + bytes);
+    seal_data_frame(FrameType::segments, frame);
+    session.receive(frame, 0);
+    std::string text;
+    while (const std::optional<ClientEvent> event = session.next_event()) {
+      if (const auto* s = std::get_if<event::SegmentArrived>(&*event)) {
+        text +=
+            std::to_string(s->cell) + "." + std::to_string(s->segment) + ":" + std::to_string(s->bytes.size()) + " ";
+        if (tells && s->cell == 0) table->learn_cell(2, std::vector<std::uint32_t>{0, 7});
+        if (tells && s->cell == 1) table->learn_cell(3, std::vector<std::uint32_t>{3, 4});
+      }
+      if (const auto* failed = std::get_if<event::Failed>(&*event)) text += failed->error.message;
+    }
+    return text;
+  }
+
+  std::shared_ptr<SegmentTable> table = std::make_shared<SegmentTable>();
+  ClientSession session{{}, 0};
+};
+
+TEST(SegmentBatch, ASegmentMayTellOfThoseBehindItInTheSameFrame) {
+  TellingClient client;
+  EXPECT_EQ(client.outcome({{0, 2, 1}, {2, 1, 1}, {3, 1, 2}}, 10 + 6 + 7 + 3 + 4), "0.0:10 1.0:6 2.1:7 3.0:3 3.1:4 ");
+  for (std::uint32_t cell = 0; cell < 4; ++cell) {
+    EXPECT_EQ(client.session.held_prefix(cell), client.table->segment_count(cell));
+  }
+  EXPECT_EQ(client.table->unknown_cells(), 0U);
+  EXPECT_EQ(client.table->nonempty_total(), 5U);
+  TellingClient slowly;
+  EXPECT_EQ(slowly.outcome({{0, 1, 1}, {2, 1, 1}}, 17), "0.0:10 2.1:7 ");
+  EXPECT_EQ(slowly.outcome({{1, 1, 1}}, 6), "1.0:6 ");
+  EXPECT_EQ(slowly.outcome({{3, 1, 2}}, 7), "3.0:3 3.1:4 ");
+}
+
+TEST(SegmentBatch, SegmentsOfWhichNothingHasToldAreRefusedByName) {
+  const auto has = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  has(TellingClient().outcome({{3, 1, 2}}, 7), "cell 3, before what tells of its segments");
+  has(TellingClient().outcome({{0, 1, 1}, {2, 1, 1}}, 17, false), "cell 2, before what tells of its segments");
+  has(TellingClient().outcome({{0, 1, 1}, {2, 1, 1}}, 18), "of 18 bytes, by the index they have 17");
+  has(TellingClient().outcome({{0, 1, 1}, {2, 1, 1}}, 12), "of 12 bytes, by the index they have 17");
+  has(TellingClient().outcome({{0, 1, 1}, {2, 1, 2}}, 20), "no more than its 2 segments");
+  has(TellingClient().outcome({{0, 1, 1}, {3, 1, 1}}, 13), "cell 3, before");
+}
+
 TEST(SegmentBatch, PartsOutOfOrderAreRefusedByName) {
   const std::vector<CellRun> all = {{0, 4, kAllSegments}};
   const auto part = [](OpenClient& client, std::uint32_t cell, std::uint32_t offset, std::size_t bytes) {

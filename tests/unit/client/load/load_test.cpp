@@ -8,6 +8,7 @@
 
 #include "client/load/load_run.h"
 #include "server/net/stream_server.h"
+#include "tests/support/asset_helpers.h"
 #include "tests/support/built_model.h"
 #include "tests/support/mesh_generators.h"
 #include "tests/support/synthetic_source.h"
@@ -42,6 +43,18 @@ class LoadTest : public ::testing::Test {
   testing::ModelServer models;
   std::string place;
 };
+
+TEST_F(LoadTest, ReadsPagesAsTheyCome) {
+  const auto paged = testing::build_model(testing::make_sphere(30, 40), testing::small_cells());
+  ASSERT_TRUE(paged->asset_head()->has_pages);
+  models.add("paged", paged);
+  const ProgramRun run = run_program(place + "/paged --clients 5 --json");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  const nlohmann::json report = nlohmann::json::parse(run.output, nullptr, false);
+  ASSERT_FALSE(report.is_discarded()) << run.output;
+  EXPECT_EQ(report["complete"], 5);
+  EXPECT_EQ(report["segments"], 5 * segment_table(*paged)->nonempty_total());
+}
 
 TEST_F(LoadTest, JsonCountsEveryClientAndSegment) {
   const ProgramRun run = run_program(place + "/model --clients 20 --json");

@@ -6,6 +6,7 @@
 
 #include "common/mesh/manifold_check.h"
 #include "common/mesh/mesh_hash.h"
+#include "tests/support/asset_helpers.h"
 #include "tests/support/built_model.h"
 #include "tests/support/cutting_relay.h"
 #include "tests/support/mesh_generators.h"
@@ -24,7 +25,7 @@ struct Model {
 const Model& terrain() {
   static const Model model = [] {
     const TriangleMesh mesh = testing::make_terrain(70, 70, 9);
-    return Model{mesh, testing::build_model(mesh)};
+    return Model{mesh, testing::build_model(mesh, testing::small_cells())};  // with pages
   }();
   return model;
 }
@@ -51,7 +52,9 @@ TEST(ModelFetch, OverANetworkGivesTheQuantisedInputFaceForFace) {
   ModelServer server;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     SCOPED_TRACE(i);
-    const auto asset = testing::build_model(meshes[i]);
+    const auto asset =
+        i % 2 == 0 ? testing::build_model(meshes[i]) : testing::build_model(meshes[i], testing::small_cells());
+    EXPECT_EQ(asset->asset_head()->has_pages, i % 2 != 0);
     const std::string name = "model" + std::to_string(i);
     server.add(name, asset);
     const auto fetch = open(server.address() + "/" + name);
@@ -65,8 +68,11 @@ TEST(ModelFetch, OverANetworkGivesTheQuantisedInputFaceForFace) {
     EXPECT_EQ(report.digest, text_of(asset->digest()));
     EXPECT_EQ(report.vertices, meshes[i].positions.size());
     EXPECT_EQ(report.triangles, meshes[i].triangles.size());
-    EXPECT_EQ(report.bytes.head + report.bytes.index + report.bytes.segments, asset->preamble().section_bytes());
-    EXPECT_GT(report.bytes.received, asset->size_bytes());
+    const std::uint64_t sent =
+        asset->preamble().section_bytes() - range_table_bytes(*asset->asset_head(), *asset->asset_index());
+    EXPECT_EQ(report.bytes.head + report.bytes.index + report.bytes.segments, sent);
+    EXPECT_GT(report.bytes.received, sent);
+    EXPECT_EQ(report.segments, report.segments_total);
     EXPECT_LE(report.seconds.connect, report.seconds.head);
     EXPECT_LE(report.seconds.head, report.seconds.first_mesh);
     EXPECT_LE(report.seconds.first_mesh, report.seconds.complete);

@@ -4,32 +4,52 @@
 
 #include <algorithm>
 
+#include "tests/support/asset_helpers.h"
 #include "tests/support/built_model.h"
 #include "tests/support/mesh_generators.h"
 
 namespace fanstream {
 namespace {
 
+// With pages.
 const AssetFile& asset() {
-  static const auto built = testing::build_model(testing::make_terrain(60, 60, 4));
+  static const auto built = testing::build_model(testing::make_terrain(60, 60, 4), testing::small_cells());
   return *built;
 }
 
 TEST(SegmentOrder, IsTheFilesOrderAndCoversItAll) {
-  const auto order = order_segments(*asset().asset_head(), *asset().asset_index());
-  ASSERT_EQ(order.size(), asset().asset_index()->segments.size());
+  const AssetIndex& index = *asset().asset_index();
+  const auto order = order_segments(*asset().asset_head(), index);
+  ASSERT_EQ(order.size(), index.segments.size() + index.first_paged - index.first_page_owner);
   const std::byte* next = asset().head().data() + asset().head().size() + asset().index().size();
   for (const OrderedSegment& segment : order) {
     const auto bytes = asset().segment(segment.cell, segment.segment);
+    ASSERT_EQ(bytes.size(), segment.size_bytes);
     if (bytes.empty()) continue;
     ASSERT_EQ(bytes.data(), next);
     next += bytes.size();
   }
-  EXPECT_EQ(next, asset().bytes().data() + asset().preamble().section_bytes());
+  EXPECT_EQ(next + range_table_bytes(*asset().asset_head(), index),
+            asset().bytes().data() + asset().preamble().section_bytes());
+}
+
+TEST(SegmentOrder, EndsWithThePagesWhileTheyAreMissing) {
+  auto index = read_index(asset().index(), asset().preamble(), *asset().asset_head(), "x");
+  ASSERT_TRUE(index);
+  const auto first = order_segments(*asset().asset_head(), *index);
+  const auto whole = order_segments(*asset().asset_head(), *asset().asset_index());
+  ASSERT_LT(first.size(), whole.size());
+  EXPECT_EQ(first.back().layer, kPageLayer);
+  EXPECT_NE(whole[first.size()].layer, kPageLayer);
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].cell, whole[i].cell);
+    EXPECT_EQ(first[i].segment, whole[i].segment);
+  }
 }
 
 TEST(SegmentOrder, LayersFollowOneAnotherFromTheFirstToTheLast) {
-  const auto order = order_segments(*asset().asset_head(), *asset().asset_index());
+  auto order = order_segments(*asset().asset_head(), *asset().asset_index());
+  std::erase_if(order, [](const OrderedSegment& s) { return s.layer == kPageLayer; });
   EXPECT_TRUE(std::is_sorted(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.layer < b.layer; }));
   EXPECT_EQ(order.front().layer, 0U);
   EXPECT_EQ(order.back().layer + 1, asset().asset_head()->layer_ends.size());

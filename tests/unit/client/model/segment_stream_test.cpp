@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "tests/support/asset_helpers.h"
 #include "tests/support/built_model.h"
 #include "tests/support/cutting_relay.h"
 #include "tests/support/mesh_generators.h"
@@ -20,7 +21,7 @@ using testing::SeededRandom;
 using testing::TemporaryFolder;
 
 const std::shared_ptr<const AssetFile>& asset() {
-  static const auto built = testing::build_model(testing::make_terrain(70, 60, 5));
+  static const auto built = testing::build_model(testing::make_terrain(70, 60, 5), testing::small_cells());
   return built;
 }
 
@@ -48,7 +49,11 @@ struct Viewer {
     }
     EXPECT_TRUE(std::ranges::equal(*head, asset()->head()));
     EXPECT_TRUE(std::ranges::equal(*index, asset()->index()));
-    EXPECT_TRUE(stream->use_index(*asset()->asset_index()));
+    auto read = read_index(*index, asset()->preamble(), *asset()->asset_head(), "the index");
+    EXPECT_TRUE(read && read->unknown_pages > 0);
+    if (!read) return;
+    known = std::move(*read);
+    EXPECT_TRUE(stream->use_index(known));
     held.assign(asset()->cell_count(), 0);
   }
 
@@ -56,6 +61,22 @@ struct Viewer {
     std::uint32_t segment = held[cell];
     while (segment < asset()->segment_count(cell) && asset()->segment(cell, segment).empty()) ++segment;
     return segment;
+  }
+  // The runs without the cells that no page has told of yet.
+  std::vector<CellRun> only_known(const std::vector<CellRun>& runs) const {
+    std::vector<CellPrefix> list;
+    for (const CellRun& run : runs) {
+      for (std::uint32_t cell = run.first_cell; cell < run.first_cell + run.cell_count; ++cell) {
+        if (known.is_known(cell)) list.push_back({cell, run.prefix});
+      }
+    }
+    return to_runs(list);
+  }
+  void learn(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes) {
+    if (segment != known.cells[cell].segment_count) return;
+    const Result<void> read = read_page(bytes, cell, *asset()->asset_head(), known, "the index");
+    ASSERT_TRUE(read) << read.error().message;
+    stream->learn_children(known, cell);
   }
   void want(std::vector<CellRun> runs) {
     const auto number = stream->want(std::move(runs));
@@ -77,6 +98,7 @@ struct Viewer {
         ASSERT_TRUE(std::ranges::equal(s->bytes, asset()->segment(s->cell, s->segment)));
         held[s->cell] = s->segment + 1;
         ++arrived;
+        learn(s->cell, s->segment, s->bytes);
       } else if (const auto* served = std::get_if<event::WantsServed>(&**event)) {
         EXPECT_EQ(served->epoch, newest);
       } else if (const auto* off = std::get_if<event::CacheOff>(&**event)) {
@@ -99,20 +121,23 @@ struct Viewer {
       const auto cell = static_cast<std::uint32_t>(random.below(cells));
       const auto count = static_cast<std::uint32_t>(1 + random.below(cells - cell));
       if (random.one_in(3)) release(cell, count, static_cast<std::uint32_t>(random.below(4)));
-      want({{cell, count, static_cast<std::uint32_t>(random.below(9))}, {0, cells, 1}});
+      want(only_known({{cell, count, static_cast<std::uint32_t>(random.below(9))}, {0, cells, 1}}));
       take(random.one_in(2) ? 1'000'000 : static_cast<int>(random.below(40)));
       if (::testing::Test::HasFatalFailure()) return;
     }
   }
 
   std::unique_ptr<SegmentStream> stream;
+  AssetIndex known;
   std::vector<std::uint32_t> held;
   std::uint64_t arrived = 0;
   std::uint32_t newest = 0;
   std::string cache_off;
 };
 
-std::uint64_t segment_bytes() { return asset()->preamble().segment_bytes; }
+std::uint64_t segment_bytes() {
+  return asset()->preamble().segment_bytes - range_table_bytes(*asset()->asset_head(), *asset()->asset_index());
+}
 
 std::string write_asset(const TemporaryFolder& folder) {
   return folder.write("model.fan", {reinterpret_cast<const char*>(asset()->bytes().data()), asset()->bytes().size()})

@@ -40,7 +40,7 @@ View view_at(double angle, double distance = 0.5) {
 
 std::unique_ptr<ViewModel> new_model() {
   auto model = std::make_unique<ViewModel>(terrain().head);
-  EXPECT_TRUE(model->set_index(terrain().index, "the index"));
+  EXPECT_TRUE(model->set_index(terrain().first_index(), "the index"));
   return model;
 }
 

@@ -23,7 +23,7 @@ TEST(AssetCells, TableIsWhatHeadAndIndexSay) {
   ASSERT_EQ(table->slab_count(), head.slab_ends.size());
   ASSERT_GT(table->slab_count(), 1U);
   std::uint64_t triangles = table->base_triangles();
-  std::uint64_t bytes = 0;
+  std::uint64_t bytes = 0, pages = 0;
   for (std::uint32_t c = 0; c < table->cell_count(); ++c) {
     const CellEntry& entry = index.cells[c];
     ASSERT_EQ(table->slab_of(c), entry.slab);
@@ -32,7 +32,14 @@ TEST(AssetCells, TableIsWhatHeadAndIndexSay) {
     if (entry.child_count > 0) {
       ASSERT_EQ(table->first_child(c), entry.first_child);
     }
-    ASSERT_EQ(table->segment_count(c), entry.segment_count);
+    ASSERT_EQ(table->segment_count(c), index.piece_count(c));
+    if (index.has_page(c)) {
+      const std::uint32_t page = table->step_index(c, entry.segment_count + 1);
+      ASSERT_EQ(table->sizes_bytes()[page], 0U) << "it is known";
+      ASSERT_EQ(table->triangles()[page], 0U);
+      ASSERT_GE(table->errors()[page], error_from_code(entry.rest_code, head.grid.step()));
+      pages += entry.page_bytes;
+    }
     for (std::uint32_t p = 1; p <= entry.segment_count; ++p) {
       const SegmentEntry& segment = index.segments[entry.first_segment + p - 1];
       const std::uint32_t step = table->step_index(c, p);
@@ -44,12 +51,13 @@ TEST(AssetCells, TableIsWhatHeadAndIndexSay) {
     }
   }
   EXPECT_EQ(triangles, head.triangle_count) << "a closed surface: two a split";
-  EXPECT_EQ(bytes, asset.preamble.segment_bytes);
+  EXPECT_GT(pages, 0U);
+  EXPECT_EQ(bytes + pages + range_table_bytes(head, index), asset.preamble.segment_bytes);
   std::uint32_t generations = 0;
   for (std::uint32_t s = 0; s < table->slab_count(); ++s) {
     for (std::uint32_t l = 0; l < table->layers_of(s); ++l) generations += table->layer_generations(s, l);
   }
-  EXPECT_EQ(generations, head.generation_count());
+  EXPECT_EQ(generations, head.generation_count() + 1) << "and the pages";
 }
 
 TEST(AssetCells, BoundsThatRiseAreRefused) {

@@ -88,7 +88,7 @@ TEST(DefaultGranularity, CutsLargeModelsFinelyAndSmallOnesCoarsely) {
     EXPECT_DOUBLE_EQ(found.evenness, expected.evenness) << vertices;
   };
   for (const std::uint32_t small : {3U, 1000U, 50'000U}) expect(small, {48.0, 4.0, 16.0, 1.5, 0.0});
-  for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U}) expect(large, {3.5, 11.0, 2.0, 2.5, 1.0});
+  for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U}) expect(large, {4.0, 11.0, 1.3, 2.5, 2.0});
 }
 
 TEST(DefaultGranularity, ChangesSteadilyInBetween) {
