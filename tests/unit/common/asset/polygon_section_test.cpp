@@ -110,7 +110,7 @@ TEST(PolygonSection, TheHeadsSizeOfItIsChecked) {
   }
   AssetHead other = *asset.head;
   ++other.polygon_bytes;
-  const auto index = read_index(asset.index_bytes(), asset.preamble, other, "asset");
+  const auto index = read_whole_index(asset.bytes, asset.preamble, other, "asset");
   ASSERT_FALSE(index);
   EXPECT_NE(index.error().message.find("do not add up"), std::string::npos) << index.error().message;
 }
