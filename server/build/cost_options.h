@@ -39,7 +39,7 @@ enum class Quadrics : std::uint8_t { accumulated, memoryless };
 struct CostOptions {
   CostKind cost = CostKind::quadric;
   Placement placement = Placement::ends_middle;
-  std::optional<Quadrics> quadrics{};    // of quadric and curvature; default: accumulated
+  std::optional<Quadrics> quadrics{};    // of quadric and curvature; default: kUsualQuadrics
   std::optional<Curvature> curvature{};  // of curvature; default: mean
   std::optional<double> kappa{};         // of fans: the springs' stiffness, at least 0; default: kUsualKappa
   std::optional<std::uint32_t>
