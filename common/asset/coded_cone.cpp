@@ -42,6 +42,11 @@ glm::vec3 CodedCone::axis() const { return glm::vec3(fold(place(u), place(v))); 
 
 float CodedCone::cosine() const { return width == 0 ? -1.0F : static_cast<float>(std::cos(kStep * width)); }
 
+bool CodedCone::holds(const glm::dvec3& direction) const {
+  return width == 0 ||
+         glm::dot(glm::dvec3(axis()), direction) >= static_cast<double>(cosine()) * glm::length(direction);
+}
+
 CodedCone code_cone(const glm::vec3& axis, float cosine) {
   if (!(cosine > -1.0F)) return {};
   const glm::dvec3 exact(axis);

@@ -16,6 +16,8 @@ struct CodedCone {
 
   glm::vec3 axis() const;  // of length 1
   float cosine() const;    // of the half angle; -1 where width is 0
+  // `direction` of any length; none holds. Where width is 0, that is all: rounded cosines can fall below -1.
+  bool holds(const glm::dvec3& direction) const;
   friend bool operator==(const CodedCone&, const CodedCone&) = default;
 };
 

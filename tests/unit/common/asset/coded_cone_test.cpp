@@ -83,6 +83,29 @@ TEST(CodedCone, IsNeverNarrowerThanWhatItStandsFor) {
   EXPECT_LT(farthest_off, 15.0 * kDegrees);
 }
 
+TEST(CodedCone, HoldsTheDirectionsWithinItsHalfAngleWhateverTheirLength) {
+  SeededRandom random(2);
+  for (int i = 0; i < 20'000; ++i) {
+    const auto place = [&] { return static_cast<std::uint8_t>(random.below(CodedCone::kPlaces)); };
+    const CodedCone cone{static_cast<std::uint8_t>(1 + random.below(CodedCone::kWidest)), place(), place()};
+    const glm::dvec3 direction = random_direction(random);
+    const double off = angle(glm::dvec3(cone.axis()), direction) - 12.0 * kDegrees * cone.width;
+    if (std::abs(off) < 1e-6) continue;
+    EXPECT_EQ(cone.holds(std::pow(10.0, random.between(-20, 20)) * direction), off < 0.0);
+  }
+}
+
+// Also exactly against the axis that its unused places would say.
+TEST(CodedCone, OneWithoutWidthHoldsEveryDirection) {
+  const glm::dvec3 against = -glm::dvec3(CodedCone{}.axis());
+  SeededRandom random(3);
+  for (int i = 0; i < 20'000; ++i) {
+    const double length = std::pow(10.0, 20.0 * random.unit() - 10.0);
+    ASSERT_TRUE(CodedCone{}.holds(length * against)) << length;
+    ASSERT_TRUE(CodedCone{}.holds(length * random_direction(random)));
+  }
+}
+
 TEST(CodedCone, WhatIsNoConeLooksAnywhere) {
   const glm::vec3 z(0.0F, 0.0F, 1.0F);
   const float nan = std::nanf("");

@@ -20,11 +20,6 @@ glm::dvec3 random_direction(SeededRandom& random) {
   }
 }
 
-// Whether a direction is in a cone.
-bool holds(const CodedCone& cone, const glm::dvec3& direction) {
-  return glm::dot(glm::dvec3(cone.axis()), direction) >= static_cast<double>(cone.cosine());
-}
-
 // A direction on the rim of a cone, or anywhere for one that holds everything.
 glm::dvec3 on_rim(const NormalCone& cone, SeededRandom& random) {
   if (!(cone.cosine > -1.0F)) return random_direction(random);
@@ -125,8 +120,8 @@ TEST(CellSurface, ConesHoldThoseOfTheCellsPatchesAndOfAllBelow) {
       narrow += cone.width != 0 ? 1 : 0;
       for (const std::uint32_t p : tree.patches[c]) {
         const NormalCone& normals = tree.surface.patches[p].normals;
-        ASSERT_TRUE(holds(cone, glm::normalize(glm::dvec3(normals.axis)))) << "cell " << c;
-        for (int i = 0; i < 8; ++i) ASSERT_TRUE(holds(cone, on_rim(normals, random))) << "cell " << c;
+        ASSERT_TRUE(cone.holds(glm::dvec3(normals.axis))) << "cell " << c;
+        for (int i = 0; i < 8; ++i) ASSERT_TRUE(cone.holds(on_rim(normals, random))) << "cell " << c;
       }
     }
   }
