@@ -23,7 +23,7 @@ constexpr double kMiddleGain = 0.3;
 
 // Where a surface is flat every merge costs nothing: this share of area times squared edge length makes short edges of
 // small stars go first, so that flat parts thin out evenly (a CAD model's splits take 12 % fewer bits for it).
-constexpr double kEdgeShare = 4.0e-5;
+constexpr double kEdgeShare = 2e-4;
 
 // An optimum may lie this far from the middle of the edge, in edge lengths.
 constexpr double kFarthest = 1.0;
