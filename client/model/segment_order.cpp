@@ -37,8 +37,8 @@ std::vector<OrderedSegment> order_segments(const AssetHead& head, const AssetInd
     first_cell = end_cell;
   }
   if (index.polygons.size_bytes != 0) {
-    order.push_back({index.polygon_cell(), 0, index.polygons.size_bytes,
-                     static_cast<std::uint32_t>(head.layer_ends.size())});
+    order.push_back(
+        {index.polygon_cell(), 0, index.polygons.size_bytes, static_cast<std::uint32_t>(head.layer_ends.size())});
   }
   return order;
 }

@@ -19,9 +19,9 @@ struct OrderedSegment {
 };
 inline constexpr std::uint32_t kPageLayer = 0xFFFFFFFFU;
 
-// By layer, then by cell; the polygons, if there are any, last, as a layer of their own. Every prefix of it can be refined
-// but for splits that wait for a neighbouring cell. While pages are missing it ends with them; the rest follows when they
-// are there.
+// By layer, then by cell; the polygons, if there are any, last, as a layer of their own. Every prefix of it can be
+// refined but for splits that wait for a neighbouring cell. While pages are missing it ends with them; the rest follows
+// when they are there.
 std::vector<OrderedSegment> order_segments(const AssetHead& head, const AssetIndex& index);
 
 // What a session of the protocol needs to know of the index.

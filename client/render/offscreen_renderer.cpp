@@ -297,9 +297,9 @@ Result<Image> OffscreenRenderer::render(const FanMesh& mesh, const Camera& camer
   if (auto checked = check_camera(camera); !checked) return tl::unexpected(checked.error());
   if (!options.fan_colors.empty() &&
       (options.draw != DrawMode::fans || options.fan_colors.size() != mesh.fans.size())) {
-    return fail(ErrorKind::usage, fmt::format("{} colours of fans for {} fans{}", options.fan_colors.size(),
-                                              mesh.fans.size(),
-                                              options.draw == DrawMode::fans ? "" : " that are drawn as triangles"));
+    return fail(ErrorKind::usage,
+                fmt::format("{} colours of fans for {} fans{}", options.fan_colors.size(), mesh.fans.size(),
+                            options.draw == DrawMode::fans ? "" : " that are drawn as triangles"));
   }
   const auto list = make_draw_list(mesh, options.draw == DrawMode::fans);
   if (!list) return tl::unexpected(list.error());

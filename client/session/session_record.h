@@ -103,8 +103,8 @@ SessionSummary summarise(std::span<const FrameRecord> frames, const std::optiona
                          const std::optional<FirstImage>& first_image = {});
 
 // One line a frame under a line of names: the fields of FrameRecord in order, `psnr_db` and `differing_share` for the
-// difference, `state` by name; those of `smoothing` only where a frame has it. What there is none of is empty; an infinite PSNR is "inf". Numbers with a point,
-// whatever the locale; `reason` is quoted. Lines end in LF.
+// difference, `state` by name; those of `smoothing` only where a frame has it. What there is none of is empty; an
+// infinite PSNR is "inf". Numbers with a point, whatever the locale; `reason` is quoted. Lines end in LF.
 std::string to_csv(std::span<const FrameRecord> frames);
 
 // What a session was played with, for its report; texts may hold anything.

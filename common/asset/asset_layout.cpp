@@ -53,11 +53,14 @@ Result<AssetPreamble> read_preamble(std::span<const std::byte> data, const std::
   preamble.index_bytes = in.u64();
   preamble.segment_bytes = in.u64();
   for (std::uint8_t& byte : preamble.digest) byte = in.u8();
-  if (in.failed()) return fail(ErrorKind::bad_input, name + ": cut short at byte " + std::to_string(data.size()) + ", a Fanstream asset has at least 48");
+  if (in.failed())
+    return fail(ErrorKind::bad_input,
+                name + ": cut short at byte " + std::to_string(data.size()) + ", a Fanstream asset has at least 48");
   if (magic != kMagic) return fail(ErrorKind::bad_input, name + ": not a Fanstream asset (wrong first four bytes)");
   if (version != kAssetVersion) {
-    return fail(ErrorKind::unsupported, name + ": asset version " + std::to_string(version) + ", this program reads version " +
-                                            std::to_string(kAssetVersion) + "; build the asset again");
+    return fail(ErrorKind::unsupported, name + ": asset version " + std::to_string(version) +
+                                            ", this program reads version " + std::to_string(kAssetVersion) +
+                                            "; build the asset again");
   }
   constexpr std::uint64_t kMost = 1ULL << 40U;
   if (preamble.head_bytes < kPreambleBytes || preamble.head_bytes > kMost || preamble.index_bytes > kMost ||
@@ -113,7 +116,8 @@ Result<void> read_layers(ByteReader& in, AssetHead& head, const std::string& nam
   head.root_cell_count = static_cast<std::uint32_t>(std::min<std::uint64_t>(in.varint(), 0xFFFFFFFFU));
   const std::uint8_t pages = in.u8();
   head.has_pages = pages == 1;
-  const bool layers_used = head.slab_ends.empty() ? head.layer_ends.empty() : head.slab_ends.back() == head.layer_ends.size();
+  const bool layers_used =
+      head.slab_ends.empty() ? head.layer_ends.empty() : head.slab_ends.back() == head.layer_ends.size();
   if (in.failed() || !rises(head.layer_ends, kMostGenerations) || !rises(head.slab_ends, head.layer_ends.size()) ||
       !layers_used || pages > 1 || (head.has_pages && head.slab_ends.size() < 2)) {
     return tl::unexpected(in.error(name, "impossible layers"));

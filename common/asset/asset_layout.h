@@ -37,15 +37,15 @@ struct AssetHead {
   std::uint32_t triangle_count = 0;
   std::uint32_t component_count = 0;
   PositionGrid grid;
-  // Generations are numbered from 1, coarse to fine. Layer l holds those in (layer_ends[l-1], layer_ends[l]]; slab s holds
-  // the layers in [slab_ends[s-1], slab_ends[s]).
+  // Generations are numbered from 1, coarse to fine. Layer l holds those in (layer_ends[l-1], layer_ends[l]]; slab s
+  // holds the layers in [slab_ends[s-1], slab_ends[s]).
   std::vector<std::uint8_t> layer_ends;
   std::vector<std::uint8_t> slab_ends;
   std::uint32_t root_cell_count = 0;  // cells that the base is cut into
   bool has_pages = false;  // the cells of the last slab are not in the index but told by pages, one for each parent
   SplitStatistics statistics = SplitStatistics::built_in();
   BaseMesh base;
-  std::uint32_t base_bytes = 0;   // of FM0 as coded by Draco
+  std::uint32_t base_bytes = 0;        // of FM0 as coded by Draco
   std::uint32_t statistics_bytes = 0;  // of the coding statistics
   std::uint32_t polygon_bytes = 0;     // of the polygon section at the end of the segments (polygon_section.h), or 0
 
@@ -100,8 +100,8 @@ struct PageStarts {
 // them, and their segments, become known with their parents' pages (read_page).
 struct AssetIndex {
   std::vector<std::uint8_t> base_next_splits;  // by vertex of FM0: the generation, or kNeverSplit
-  std::vector<CellEntry> cells;  // by slab, then by parent
-  std::vector<SegmentEntry> segments;  // by cell
+  std::vector<CellEntry> cells;                // by slab, then by parent
+  std::vector<SegmentEntry> segments;          // by cell
   // The polygon section, if size_bytes is not 0. To the protocol it is one more cell, behind the last, of one segment.
   SegmentEntry polygons;
   std::uint32_t polygon_cell() const { return static_cast<std::uint32_t>(cells.size()); }

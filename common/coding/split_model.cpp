@@ -165,7 +165,8 @@ namespace {
 using SymbolTables = std::array<FrequencyTable, SymbolContexts::kTables>;
 
 FrequencyTable symbol_table(const SplitStatistics& statistics, std::size_t t) {
-  const auto count = static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t), statistics.has_free_parents));
+  const auto count =
+      static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t), statistics.has_free_parents));
   return table_of(std::span(statistics.symbols[t]).first(count));
 }
 

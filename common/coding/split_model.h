@@ -90,8 +90,8 @@ struct SpreadContexts {
 };
 
 // The shift of a free parent: predicted from the same features of the ring, with weights in 64ths; what that leaves, by
-// its spread in 8ths of an octave: along the displacement and across it as shares of its length, and along the normal as a
-// share of the ring's bend.
+// its spread in 8ths of an octave: along the displacement and across it as shares of its length, and along the normal
+// as a share of the ring's bend.
 struct FreeParentStatistics {
   std::array<std::int8_t, PredictionContexts::kFeatures> weights{};
   std::array<std::int8_t, 3> spreads{};

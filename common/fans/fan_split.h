@@ -21,7 +21,8 @@ enum class ParentPosition : std::uint8_t {
 
 // One split of the fan of `root`: the new vertex takes the ring from position `first` to position `last` of the root's
 // ring, counted from where its fan starts (LinkedFans). Whether each of the two fans is open or closed afterwards (the
-// paper's loop_predict) follows from where kOutside stands. Normals are not transmitted: they are computed from the fans.
+// paper's loop_predict) follows from where kOutside stands. Normals are not transmitted: they are computed from the
+// fans.
 struct FanSplit {
   VertexId root = 0;
   std::uint32_t first = 0;
@@ -38,8 +39,8 @@ inline bool is_shift(const GridPoint& s) {
   return in_range(s.x) && in_range(s.y) && in_range(s.z);
 }
 
-// The two centres' places from the parent's, and back. The middle is rounded down in even generations and up in odd ones, so that
-// repeated halving does not drift.
+// The two centres' places from the parent's, and back. The middle is rounded down in even generations and up in odd
+// ones, so that repeated halving does not drift.
 inline GridPoint halfway_offset(GridPoint displacement, std::uint32_t generation) {
   const int up = static_cast<int>(generation & 1U);
   return {(displacement.x + up) >> 1, (displacement.y + up) >> 1, (displacement.z + up) >> 1};

@@ -33,8 +33,8 @@ struct ImportOptions {
   // glTF may place one stored mesh many times, so a small file could fill the memory. Placed vertices, and triangles,
   // may number at most this or, where that is more, the bytes of the file.
   std::size_t max_placed_elements = std::size_t{1} << 26;
-  // Reads texture coordinates and colours too, where the file has them. Vertices are then what has one position and one set
-  // of attributes: where corners of one position differ in texture coordinates, it is repeated.
+  // Reads texture coordinates and colours too, where the file has them. Vertices are then what has one position and one
+  // set of attributes: where corners of one position differ in texture coordinates, it is repeated.
   bool keep_attributes = false;
   // Also give the faces as the file has them: polygons of OBJ, PLY and OFF, and OBJ's weights. Other formats give their
   // triangles. Not together with keep_attributes.
@@ -63,9 +63,9 @@ struct ImportedMesh {
 //   and morph targets stay in their rest pose, with a warning.
 //
 // Attributes are, with ImportOptions::keep_attributes: TEXCOORD_0 and COLOR_0 of glTF and GLB; vt, and colours behind
-// positions, of OBJ; red, green, blue, alpha, u and v (s and t, texture_u and texture_v) of the vertices and texcoord of
-// the faces of PLY; the colours and texture coordinates of COFF and STOFF. Parts of a scene without them get white and 0, 0.
-// Colours of PLY, OBJ and OFF are taken for sRGB, their v for running up.
+// positions, of OBJ; red, green, blue, alpha, u and v (s and t, texture_u and texture_v) of the vertices and texcoord
+// of the faces of PLY; the colours and texture coordinates of COFF and STOFF. Parts of a scene without them get white
+// and 0, 0. Colours of PLY, OBJ and OFF are taken for sRGB, their v for running up.
 //
 // Errors: not_found, io, bad_input (text in a binary, truncation, an index out of range, a coordinate that is not
 // finite or beyond kMaxCoordinate, no triangles, ...), unsupported, limit. Each message begins with the path and names

@@ -74,7 +74,8 @@ void keep_undo(FanState& state, const SplitUndo& undo, VertexId added) {
     return;
   }
   const std::uint32_t xy = shift_bits(undo.shift.x) | shift_bits(undo.shift.y) << kShiftBits;
-  state.fans.set_note(added, {{{undo.root, undo.root_corner}, {rest | xy << 18U, (xy >> 14U) | shift_bits(undo.shift.z) << 16U}}});
+  state.fans.set_note(
+      added, {{{undo.root, undo.root_corner}, {rest | xy << 18U, (xy >> 14U) | shift_bits(undo.shift.z) << 16U}}});
 }
 
 SplitUndo kept_undo(const FanState& state, VertexId added) {

@@ -14,7 +14,7 @@ namespace fanstream {
 // Arrays by vertex number. Thread safety: like a standard container.
 struct FanState {
   LinkedFans fans;
-  PagedArray<FanVertex> vertices;     // place, and what is known of its splits
+  PagedArray<FanVertex> vertices;   // place, and what is known of its splits
   PagedArray<std::uint32_t> cells;  // the deepest cell that holds the vertex
 
   // Room that no vertex uses takes no memory, huge pages aside.

@@ -198,8 +198,7 @@ class Builder {
     for (VertexId v = 0; v < number.size(); ++v) number[grower.original(v)] = v;
     std::vector<Triangle> triangles = mesh_.triangles;
     for (Triangle& t : triangles) t = {number[t[0]], number[t[1]], number[t[2]]};
-    const auto section =
-        encode_polygons(grower.state(), head_.grid.unit(), index_, triangles, options_.source_faces);
+    const auto section = encode_polygons(grower.state(), head_.grid.unit(), index_, triangles, options_.source_faces);
     if (!section) return {};
     ByteWriter out;
     write_polygons(*section, out);
@@ -275,8 +274,7 @@ class Builder {
     r.polygon_bytes = polygon_bytes_.size();
     r.quads = quads_;
     r.larger_polygons = larger_polygons_;
-    r.split_bytes =
-        preamble.segment_bytes - pages_.size() - range_table_bytes(head_, index_) - r.polygon_bytes;
+    r.split_bytes = preamble.segment_bytes - pages_.size() - range_table_bytes(head_, index_) - r.polygon_bytes;
     r.table_bytes = r.total_bytes - r.base_bytes - r.split_bytes - r.polygon_bytes;
   }
 

@@ -48,9 +48,9 @@ struct BuiltAsset {
   BuildReport report;
 };
 
-// Precondition: `mesh` is an oriented manifold with at least one face (clean_mesh). Fails if it has more than kMostVertices
-// vertices, if check_cost_options does, or if a stage reports an error. Deterministic: the same mesh and options give the same bytes, however many
-// threads share the work. `progress` is called on the calling thread.
+// Precondition: `mesh` is an oriented manifold with at least one face (clean_mesh). Fails if it has more than
+// kMostVertices vertices, if check_cost_options does, or if a stage reports an error. Deterministic: the same mesh and
+// options give the same bytes, however many threads share the work. `progress` is called on the calling thread.
 Result<BuiltAsset> build_asset(const TriangleMesh& mesh, const BuildOptions& options);
 
 // How build_asset simplifies: what it is given, and its defaults for the rest.

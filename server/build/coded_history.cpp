@@ -14,7 +14,8 @@ CodedHistory::CodedHistory(const MergeHistory& merges, std::vector<GridPoint> pl
       displacements[m] = places[merge.removed] - root;
       if (merge.parent == ParentPosition::free) {
         // On the grid, cut off or not: halfway is, and so is the parent.
-        const GridPoint wanted = grid.encode(history.free_places[m]) - root - halfway_offset(displacements[m], generation);
+        const GridPoint wanted =
+            grid.encode(history.free_places[m]) - root - halfway_offset(displacements[m], generation);
         shifts[m] = glm::clamp(wanted, GridPoint(-kMostShift), GridPoint(kMostShift));
       }
       root = place_after_merge(root, places[merge.removed], merge.parent, generation, shift(m));
@@ -90,8 +91,8 @@ void HistorySource::describe(SplitInProgress& split) const {
     assert(i < ring.size());
     return i;
   };
-  split.split = {split.split.root, position(merge.first), position(merge.last), merge.parent, coded_.displacements[m],
-                 coded_.shift(m)};
+  split.split = {split.split.root, position(merge.first),   position(merge.last),
+                 merge.parent,     coded_.displacements[m], coded_.shift(m)};
   split.root_next = generation_of(after_[m]);
   split.added_next = generation_of(to_undo_[merge.removed]);
 }

@@ -36,8 +36,7 @@ class Simplifier {
       const auto made = static_cast<std::uint32_t>(history.merges.size()) - history.generation_begin.back();
       if (made != 0) history.generation_begin.push_back(static_cast<std::uint32_t>(history.merges.size()));
       if (made == 0 && everything_) break;
-      everything_ =
-          made == 0 || made < alive_ / 50 || history.generation_begin.size() > kThriftyGenerations;
+      everything_ = made == 0 || made < alive_ / 50 || history.generation_begin.size() > kThriftyGenerations;
       if (options_.progress) options_.progress(progress(start));
     }
     if (!history.free_places.empty()) history.free_places.resize(history.merges.size());

@@ -14,7 +14,8 @@ struct SimplifyOptions {
   // Stop at this many vertices. Fewer than 4 per component cannot be reached.
   std::uint32_t base_vertices = 256;
   // A generation considers the cheapest edges, this many per vertex. More makes fewer and larger generations (smaller
-  // files, less forced refinement) at the price of shape: cheap merges at patch borders wait while dearer ones go first.
+  // files, less forced refinement) at the price of shape: cheap merges at patch borders wait while dearer ones go
+  // first.
   double edges_per_vertex = 1.5;
   // What a merge costs and where its parent goes. Precondition: check_cost_options.
   CostOptions cost;
@@ -50,9 +51,9 @@ struct MergeHistory {
   std::uint32_t generation_count() const { return static_cast<std::uint32_t>(generation_begin.size()) - 1; }
 };
 
-// Within a generation every merge obeys the paper's two conditions on patches: all faces around both centres are free or belong
-// to the root's own patch, so that patches share no face and can be split in any order. Judged in the model's own
-// coordinates. Precondition: `mesh` is an oriented manifold. Deterministic.
+// Within a generation every merge obeys the paper's two conditions on patches: all faces around both centres are free
+// or belong to the root's own patch, so that patches share no face and can be split in any order. Judged in the model's
+// own coordinates. Precondition: `mesh` is an oriented manifold. Deterministic.
 MergeHistory simplify(const TriangleMesh& mesh, const SimplifyOptions& options);
 
 }  // namespace fanstream

@@ -137,7 +137,8 @@ void GeometryTraining::learn_spreads(SplitStatistics& statistics) const {
     const int size = SpreadContexts::size_class(s.mean_square);
     const double tangential = std::fabs(dot3(error, along));
     if (s.features.middle) {
-      const double expected = std::exp2(statistics.spreads[static_cast<std::size_t>(SpreadContexts::kAlong + size)] / 8.0);
+      const double expected =
+          std::exp2(statistics.spreads[static_cast<std::size_t>(SpreadContexts::kAlong + size)] / 8.0);
       middle_ratio.sum += 1.3085 * tangential / expected;
       middle_ratio.count += 1.0;
       continue;
@@ -164,8 +165,8 @@ void GeometryTraining::learn_spreads(SplitStatistics& statistics) const {
 
 void learn_symbols(const CountingCoder::Counts& counts, SplitStatistics& statistics) {
   for (std::size_t t = 0; t < counts.size(); ++t) {
-    const auto size = static_cast<std::size_t>(
-        SymbolContexts::symbol_count(static_cast<int>(t), statistics.has_free_parents));
+    const auto size =
+        static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t), statistics.has_free_parents));
     const std::span<std::uint8_t> current(statistics.symbols[t].data(), size);
     const FrequencyTable before = table_of(current);
     std::array<double, FrequencyTable::kMaxSymbols> blended{};

@@ -179,7 +179,8 @@ Command add_build_command(CLI::App& app) {
   build->add_option("--cost", arguments->cost, "What orders the merges: fans, quadric (default) or curvature");
   build->add_option("--placement", arguments->placement,
                     "Where merged vertices go: ends+middle (default), end, segment or optimal");
-  build->add_option("--quadrics", arguments->quadrics, "Of costs quadric and curvature: memoryless (default) or accumulated");
+  build->add_option("--quadrics", arguments->quadrics,
+                    "Of costs quadric and curvature: memoryless (default) or accumulated");
   build->add_option("--curvature", arguments->curvature, "Of cost curvature: mean (default), gaussian or principal");
   build->add_option("--kappa", arguments->cost_options.kappa,
                     fmt::format("Of cost fans: stiffness of the springs ({})", CostOptions::kUsualKappa));

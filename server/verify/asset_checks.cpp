@@ -169,12 +169,9 @@ Result<std::string> check_bounds(const AssetFile& asset) {
 
 std::vector<AssetCheck> asset_checks(const AssetFile& asset) {
   const AssetFile* a = &asset;
-  return {{"checksums", [a] { return check_checksums(*a); }},
-          {"refinement", [a] { return check_refinement(*a); }},
-          {"order", [a] { return check_order(*a); }},
-          {"coarsening", [a] { return check_coarsening(*a); }},
-          {"bounds", [a] { return check_bounds(*a); }},
-          {"polygons", [a] { return check_polygon_section(*a); }}};
+  return {{"checksums", [a] { return check_checksums(*a); }}, {"refinement", [a] { return check_refinement(*a); }},
+          {"order", [a] { return check_order(*a); }},         {"coarsening", [a] { return check_coarsening(*a); }},
+          {"bounds", [a] { return check_bounds(*a); }},       {"polygons", [a] { return check_polygon_section(*a); }}};
 }
 
 }  // namespace fanstream

@@ -26,9 +26,8 @@ void LevelReplay::refine_to(std::uint32_t vertices) {
     const MergeRecord& merge = coded_.history.merges[--next_];
     rings_.split(merge.root, merge.removed, rings_.position_in_ring(merge.root, merge.first),
                  rings_.position_in_ring(merge.root, merge.last));
-    const SplitPlaces places =
-        places_after_split(places_[merge.root], merge.parent, coded_.displacements[next_], generation_,
-                           coded_.shift(next_));
+    const SplitPlaces places = places_after_split(places_[merge.root], merge.parent, coded_.displacements[next_],
+                                                  generation_, coded_.shift(next_));
     places_[merge.root] = places.kept;
     places_[merge.removed] = places.added;
     ++vertices_;

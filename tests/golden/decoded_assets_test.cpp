@@ -1,6 +1,6 @@
 // Assets in the repository decode to the meshes that they decoded to when they were made: on every machine, with every
-// compiler and every Draco, whose order of faces and corners in FM0 decides where fans start (CODING.md). A change of the
-// format comes with new assets (FuzzSeeds) and new hashes here.
+// compiler and every Draco, whose order of faces and corners in FM0 decides where fans start (CODING.md). A change of
+// the format comes with new assets (FuzzSeeds) and new hashes here.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -31,9 +31,8 @@ class Refiner {
       for (std::uint32_t m = history.generation_begin[k]; m < history.generation_begin[k + 1]; ++m) {
         const MergeRecord& merge = history.merges[m];
         before_[m] = codes_[merge.root];
-        codes_[merge.root] =
-            place_after_merge(codes_[merge.root], codes_[merge.removed], merge.parent, history.generation_count() - k,
-                              coded.shift(m));
+        codes_[merge.root] = place_after_merge(codes_[merge.root], codes_[merge.removed], merge.parent,
+                                               history.generation_count() - k, coded.shift(m));
       }
     }
   }

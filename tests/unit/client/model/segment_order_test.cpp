@@ -50,7 +50,8 @@ TEST(SegmentOrder, EndsWithThePagesWhileTheyAreMissing) {
 TEST(SegmentOrder, LayersFollowOneAnotherFromTheFirstToTheLast) {
   auto order = order_segments(*asset().asset_head(), *asset().asset_index());
   std::erase_if(order, [](const OrderedSegment& s) { return s.layer == kPageLayer; });
-  EXPECT_TRUE(std::is_sorted(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.layer < b.layer; }));
+  EXPECT_TRUE(
+      std::is_sorted(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.layer < b.layer; }));
   EXPECT_EQ(order.front().layer, 0U);
   EXPECT_EQ(order.back().layer + 1, asset().asset_head()->layer_ends.size());
 }

@@ -75,8 +75,11 @@ NextSplits random_next(SeededRandom& random) {
 
 Applied apply(FanState& state, const FanSplit& split, NextSplits next, VertexId added, std::uint32_t generation) {
   const VertexId root = split.root;
-  const Applied applied{
-      split, next, added, generation, {root, state.fans.corner(root), state.vertices[root].context, split.parent, split.shift}};
+  const Applied applied{split,
+                        next,
+                        added,
+                        generation,
+                        {root, state.fans.corner(root), state.vertices[root].context, split.parent, split.shift}};
   RingGeometry ring;
   ring.load(state.fans, root);
   const LinkedFans::Arc arc{ring.corner_before(split.first), ring.corner(split.first), ring.corner_before(split.last),
