@@ -49,7 +49,7 @@ void EdgeReducer::add_face_planes(HalfEdge any, double share) {
   if (!(length > 0.0)) return;
   normal /= length;
   const bool by_area = options_.weight == PlaneWeight::area;
-  PlaneQuadric plane;
+  Quadric plane;
   plane.add_plane(normal, -glm::dot(normal, p[0]), by_area ? share * 0.5 * length : share);
   for (const VertexId v : corners) quadrics_[v].add(plane);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -60,7 +60,7 @@ void EdgeReducer::add_face_planes(HalfEdge any, double share) {
     if (!(along_length > 0.0)) continue;
     const glm::dvec3 upright = glm::cross(along / along_length, normal);
     const double weight = share * options_.border_weight * (by_area ? along_length * along_length : 1.0);
-    PlaneQuadric border;
+    Quadric border;
     border.add_plane(upright, -glm::dot(upright, p[i]), weight);
     quadrics_[corners[i]].add(border);
     quadrics_[corners[j]].add(border);
@@ -76,7 +76,7 @@ EdgeReducer::Candidate EdgeReducer::judge(HalfEdge h) const {
     ends.second_removable = ends.second_removable && !mesh_.is_boundary(b);
   }
   if (!ends.first_removable && !ends.second_removable) return {};
-  PlaneQuadric planes = quadrics_[a];
+  Quadric planes = quadrics_[a];
   planes.add(quadrics_[b]);
   const glm::dvec3 p = scaled_[a];
   const glm::dvec3 q = scaled_[b];
@@ -91,7 +91,7 @@ EdgeReducer::Candidate EdgeReducer::judge(HalfEdge h) const {
     candidate.cost = std::max(0.0, planes.at(ends.first_removable ? q : p));
   }
   const glm::dvec3 u = q - p;
-  candidate.cost += kLengthShare * planes.weight() * glm::dot(u, u);
+  candidate.cost += kLengthShare * planes.trace() * glm::dot(u, u);
   if (!std::isfinite(candidate.cost)) candidate.cost = std::numeric_limits<float>::max();
   return candidate;
 }

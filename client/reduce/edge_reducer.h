@@ -67,7 +67,7 @@ class EdgeReducer {
   double scale_ = 1.0;
   CollapseMesh mesh_;
   WedgeSet wedges_;
-  std::vector<PlaneQuadric> quadrics_;  // in scaled coordinates
+  std::vector<Quadric> quadrics_;  // in scaled coordinates
   EdgeHeap heap_;
 };
 

@@ -6,9 +6,9 @@
 #include <optional>
 #include <type_traits>
 
+#include "common/geometry/quadric.h"
 #include "server/build/merge_cost.h"
 #include "server/build/prefetch.h"
-#include "server/build/quadric.h"
 #include "server/build/vertex_curvature.h"
 
 namespace fanstream {

@@ -17,7 +17,7 @@ glm::dvec3 random_point(testing::SeededRandom& random) {
 
 struct Planes {
   std::vector<std::array<double, 5>> list;  // normal, offset, weight
-  PlaneQuadric quadric;
+  Quadric quadric;
   void add(const glm::dvec3& normal, double offset, double weight) {
     list.push_back({normal.x, normal.y, normal.z, offset, weight});
     quadric.add_plane(normal, offset, weight);
@@ -112,12 +112,12 @@ TEST(EdgeQuadric, FlatAndBrokenNeighbourhoodsHaveADefinedPlace) {
   const glm::dvec3 p0(0.0), p1(1.0, 0.0, 0.0);
   EXPECT_EQ(place_on_edge({}, p0, p1).k, 0.5);  // no planes at all
   EXPECT_EQ(place_on_edge({}, p0, p1).cost, 0.0);
-  PlaneQuadric flat;
+  Quadric flat;
   for (int i = 0; i < 6; ++i) flat.add_plane({0.0, 0.0, 1.0}, -0.25, 1.0 / 3.0);
   EXPECT_EQ(place_on_edge(flat, p0, p1).k, 0.5);
   EXPECT_NEAR(place_on_edge(flat, p0, p1).cost, 2.0 * 0.0625, 1e-15);
   EXPECT_EQ(place_on_edge(flat, p0, p0).k, 0.5);  // an edge without length
-  PlaneQuadric broken;
+  Quadric broken;
   broken.add_plane({1.0, 0.0, 0.0}, NAN, 1.0);
   const EdgePlace place = place_on_edge(broken, p0, p1);
   EXPECT_TRUE(place.k >= 0.0 && place.k <= 1.0);

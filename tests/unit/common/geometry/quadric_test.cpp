@@ -1,4 +1,4 @@
-#include "server/build/quadric.h"
+#include "common/geometry/quadric.h"
 
 #include <gtest/gtest.h>
 
