@@ -158,10 +158,6 @@ float power_of_eighths(int eighths) {
   return std::ldexp(kSteps[static_cast<std::size_t>(eighths & 7)], eighths >> 3);
 }
 
-}  // namespace
-
-namespace {
-
 using SymbolTables = std::array<FrequencyTable, SymbolContexts::kTables>;
 
 FrequencyTable symbol_table(const SplitStatistics& statistics, std::size_t t) {

@@ -22,7 +22,9 @@ bool ProgressiveMesh::prepare_generation(std::uint32_t cell_number, Work& work) 
       if (vertex == kOutside) break;
       const std::uint32_t lagging = state_.cells[vertex];
       const std::uint32_t before = cells_[lagging].done;
-      if (work.in_step || !take_along(lagging, state_.vertices[vertex].context.next, work) ||
+      const std::uint32_t reach = meaning_ == TargetMeaning::most ? cells_[lagging].limit : cells_[lagging].reach;
+      if (work.in_step ||
+          !advance(lagging, std::min<std::uint32_t>(reach, state_.vertices[vertex].context.next), work) ||
           cells_[lagging].done == before) {
         wait_for(cell_number, lagging);
         coding_.root_count = first;
@@ -34,27 +36,15 @@ bool ProgressiveMesh::prepare_generation(std::uint32_t cell_number, Work& work) 
   return true;
 }
 
-// Takes a cell to a generation, or as far as limits allow. Returns false at damage, or where it has to stop.
+// Takes a cell to a generation that it can reach. Returns false at damage, or where it has to stop.
 bool ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generation, Work& work) {
-  while (can_advance(cell_number) && cells_[cell_number].done < generation) {
-    if (work.must_stop()) return false;
-    const std::size_t first_root = coding_.root_count;
-    if (!prepare_generation(cell_number, work)) return true;
-    if (!apply_generation(cell_number, first_root, work)) return false;
-  }
-  return true;
-}
-
-// The same for a cell that another needs.
-bool ProgressiveMesh::take_along(std::uint32_t cell_number, std::uint32_t generation, Work& work) {
-  if (meaning_ == TargetMeaning::most) return advance(cell_number, generation, work);
   const CellProgress& cell = cells_[cell_number];
-  while (cell.live && cell.done < std::min<std::uint32_t>(cell.reach, generation)) {
+  while (cell.live && cell.done < generation) {
     if (work.must_stop()) return false;
     const std::size_t first_root = coding_.root_count;
     if (!prepare_generation(cell_number, work)) return true;
     if (!apply_generation(cell_number, first_root, work)) return false;
-    if (cell.done > cell.limit) excess_.push_back(cell_number);  // until it turns out what for
+    if (cell.done > cell.limit) excess_.push_back(cell_number);  // taken along: until it turns out what for
   }
   return true;
 }

@@ -183,7 +183,7 @@ Result<void> ProgressiveMesh::add_segment(std::uint32_t cell_number, std::uint32
   const auto where = [&] { return "cell " + std::to_string(cell_number) + " segment " + std::to_string(segment); };
   if (index_ && index_->is_polygons(cell_number, segment)) return keep_polygons(bytes);
   const bool exists = index_ && cell_number < cells_.size() && segment < index_->piece_count(cell_number);
-  if (exists && segment == index_->cells[cell_number].segment_count) return {};  // a page: see learn_children
+  if (exists && index_->is_page(cell_number, segment)) return {};  // see learn_children
   if (!exists) {
     return fail(ErrorKind::bad_input, where() + " does not exist in this asset");
   }

@@ -167,7 +167,6 @@ class ProgressiveMesh {
   void refine_evenly(std::uint32_t vertex_limit, Work& work);
   void refine_in_depth(Work& work);
   bool advance(std::uint32_t cell, std::uint32_t generation, Work& work);
-  bool take_along(std::uint32_t cell, std::uint32_t generation, Work& work);
   bool prepare_generation(std::uint32_t cell, Work& work);
   void wait_for(std::uint32_t cell, std::uint32_t lagging);
   void wake_waiting(std::uint32_t cell);

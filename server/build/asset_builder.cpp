@@ -252,11 +252,11 @@ class Builder {
     preamble.segment_bytes = body.size() - head.size() - index.size();
     BuiltAsset built;
     built.bytes = assemble_file(preamble, body.view());
-    fill_report(built, history, preamble);
+    fill_report(built, history);
     return built;
   }
 
-  void fill_report(BuiltAsset& built, const MergeHistory& history, const AssetPreamble& preamble) const {
+  void fill_report(BuiltAsset& built, const MergeHistory& history) const {
     BuildReport& r = built.report;
     r.vertices = head_.vertex_count;
     r.triangles = head_.triangle_count;
@@ -274,7 +274,7 @@ class Builder {
     r.polygon_bytes = polygon_bytes_.size();
     r.quads = quads_;
     r.larger_polygons = larger_polygons_;
-    r.split_bytes = preamble.segment_bytes - pages_.size() - range_table_bytes(head_, index_) - r.polygon_bytes;
+    for (const SegmentEntry& segment : index_.segments) r.split_bytes += segment.size_bytes;
     r.table_bytes = r.total_bytes - r.base_bytes - r.split_bytes - r.polygon_bytes;
   }
 
