@@ -22,6 +22,18 @@ Result<FanMesh> make_fan_mesh(const TriangleMesh& mesh, CoverMethod method, cons
   return fans;
 }
 
+FanMesh make_triangle_fans(const TriangleMesh& mesh, const NormalOptions& options) {
+  FanMesh fans;
+  fans.vertices.reserve(mesh.positions.size());
+  for (const glm::dvec3& p : mesh.positions) fans.vertices.push_back({glm::vec3(p), glm::vec3(0.0F)});
+  for (const Triangle& t : mesh.triangles) {
+    fans.fans.push_back({t[0], static_cast<std::uint32_t>(fans.rings.size()), 2, false});
+    fans.rings.insert(fans.rings.end(), {t[1], t[2]});
+  }
+  set_normals(fans, options);
+  return fans;
+}
+
 void set_normals(FanMesh& mesh, const NormalOptions& options) {
   std::vector<glm::dvec3> positions;
   positions.reserve(mesh.vertices.size());

@@ -14,6 +14,10 @@ std::vector<Triangle> triangles_of(const FanMesh& mesh);
 Result<FanMesh> make_fan_mesh(const TriangleMesh& mesh, CoverMethod method = CoverMethod::best,
                               const NormalOptions& options = {});
 
+// Each triangle a fan of its own, in their order, with normals likewise: for what is drawn too seldom for a cover to
+// pay.
+FanMesh make_triangle_fans(const TriangleMesh& mesh, const NormalOptions& options = {});
+
 // Recomputes every normal from the points.
 void set_normals(FanMesh& mesh, const NormalOptions& options = {});
 

@@ -20,8 +20,7 @@ namespace fanstream::bench {
 //   after_split(cell, generation, root, added).
 // Returns the mesh at the end. `asset` has asset_head(), asset_index() and segment() as OpenAsset.
 template <class Asset, class Observer>
-Result<FanState> replay_asset(const Asset& asset, std::span<const std::uint32_t> last_generation,
-                              Observer& observer);
+Result<FanState> replay_asset(const Asset& asset, std::span<const std::uint32_t> last_generation, Observer& observer);
 
 namespace detail {
 
@@ -31,12 +30,8 @@ struct WatchedSplits {
   std::uint32_t cell;
   std::uint32_t generation;
 
-  void describe(SplitInProgress& split) const {
-    observer.before_split(cell, generation, split.split.root, split.ring);
-  }
-  void made(const SplitUndo& split, VertexId added) const {
-    observer.after_split(cell, generation, split.root, added);
-  }
+  void describe(SplitInProgress& split) const { observer.before_split(cell, generation, split.split.root, split.ring); }
+  void made(const SplitUndo& split, VertexId added) const { observer.after_split(cell, generation, split.root, added); }
 };
 
 // The cells of the first slab, or the children of a slab's complete cells.
@@ -68,8 +63,7 @@ inline std::vector<CellVertices> start_cells(const AssetHead& head, const AssetI
 }  // namespace detail
 
 template <class Asset, class Observer>
-Result<FanState> replay_asset(const Asset& asset, std::span<const std::uint32_t> last_generation,
-                              Observer& observer) {
+Result<FanState> replay_asset(const Asset& asset, std::span<const std::uint32_t> last_generation, Observer& observer) {
   const AssetHead& head = *asset.asset_head();
   const AssetIndex& index = *asset.asset_index();
   const SplitModel model(head.statistics);
@@ -87,7 +81,8 @@ Result<FanState> replay_asset(const Asset& asset, std::span<const std::uint32_t>
           const std::uint32_t cell = cells[i].cell;
           const auto bytes = asset.segment(cell, layer - head.layer_begin(slab));
           if (last_generation[cell] < g || index.cells[cell].split_count == 0) continue;
-          if (g == head.first_generation(layer)) decoders[i].append(bytes, index.is_last_coded(index.cells[cell], layer - head.layer_begin(slab)));
+          if (g == head.first_generation(layer))
+            decoders[i].append(bytes, index.is_last_coded(index.cells[cell], layer - head.layer_begin(slab)));
           detail::WatchedSplits<Observer> source{observer, cell, g};
           find_roots(state, cells[i], g, coding);
           const Result<void> coded = code_generation(state, cells[i], g, decoders[i], source, coding);

@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
-
 namespace fanstream::bench {
 
 int report_error(const Error& error) {
@@ -24,14 +21,6 @@ void FormatArguments::add_to(CLI::App& command) {
 
 ReportFormat FormatArguments::format() const {
   return json ? ReportFormat::json : markdown ? ReportFormat::markdown : ReportFormat::text;
-}
-
-Result<TriangleMesh> cleaned_mesh(const std::string& file) {
-  Result<ImportedMesh> imported = import_mesh(file);
-  if (!imported) return tl::unexpected(imported.error());
-  TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
-  if (mesh.triangles.empty()) return fail(ErrorKind::bad_input, file + ": no triangles left after cleaning");
-  return mesh;
 }
 
 }  // namespace fanstream::bench

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "common/mesh/triangle_mesh.h"
 #include "common/support/result.h"
 #include "tests/bench/report.h"
 
@@ -36,9 +35,6 @@ struct FormatArguments {
   void add_to(CLI::App& command);
   ReportFormat format() const;
 };
-
-// Reads a mesh file and cleans it. Fails as import_mesh does, and (bad_input) where nothing is left.
-Result<TriangleMesh> cleaned_mesh(const std::string& file);
 
 // Measures the files one after another, naming each in the lines of progress. Goes on after a failure: the others are
 // worth having all the same. Returns the exit code.

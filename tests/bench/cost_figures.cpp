@@ -8,9 +8,8 @@
 #include <map>
 
 #include "common/geometry/mesh_distance.h"
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "common/mesh/mesh_hash.h"
+#include "tests/bench/cleaned_mesh.h"
 #include "tests/bench/level_quality.h"
 #include "tests/bench/thread_clock.h"
 
@@ -194,16 +193,14 @@ std::vector<CostOptions> all_costs() {
 }
 
 Result<std::vector<CostFigures>> measure_costs(const std::filesystem::path& path, const CostTableOptions& options) {
-  Result<ImportedMesh> imported = import_mesh(path);
-  if (!imported) return tl::unexpected(imported.error());
-  const TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
-  if (mesh.triangles.empty()) return fail(ErrorKind::bad_input, path.string() + ": no triangles left after cleaning");
-  const PositionGrid grid = PositionGrid::fit(mesh.positions, options.position_bits);
-  TriangleMesh full = mesh;
+  const Result<TriangleMesh> mesh = cleaned_mesh(path);
+  if (!mesh) return tl::unexpected(mesh.error());
+  const PositionGrid grid = PositionGrid::fit(mesh->positions, options.position_bits);
+  TriangleMesh full = *mesh;
   for (glm::dvec3& p : full.positions) p = grid.decode(grid.encode(p));
   const Result<TriangleTree> tree = TriangleTree::build(full);
   if (!tree) return tl::unexpected(with_context(tree.error(), path.string()));
-  CostMeasurement measurement(mesh, full, *tree, options);
+  CostMeasurement measurement(*mesh, full, *tree, options);
   std::vector<CostFigures> all;
   for (const CostOptions& cost : options.costs) {
     if (options.progress) options.progress(text_of(cost));

@@ -5,6 +5,7 @@
 
 #include "server/build/asset_builder.h"
 #include "tests/bench/bench_command.h"
+#include "tests/bench/cleaned_mesh.h"
 #include "tests/bench/load_measure.h"
 #include "tests/bench/machine.h"
 

@@ -6,9 +6,8 @@
 #include <glm/geometric.hpp>
 
 #include "common/fans/fan_cover.h"
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "server/build/simplifier.h"
+#include "tests/bench/cleaned_mesh.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/thread_clock.h"
 
@@ -63,9 +62,9 @@ class Measurement {
     reset_peak_memory();
     const Clock::time_point start = Clock::now();
     const double cpu_start = thread_cpu_seconds();
-    Result<ImportedMesh> imported = import_mesh(path_);
-    if (!imported) return tl::unexpected(imported.error());
-    mesh_ = clean_mesh(std::move(imported->mesh)).mesh;
+    Result<TriangleMesh> mesh = cleaned_mesh(path_);
+    if (!mesh) return tl::unexpected(mesh.error());
+    mesh_ = std::move(*mesh);
     figures_.import_seconds = seconds_since(start);
     const Clock::time_point cleaned = Clock::now();
     build_options_.position_bits = options_.position_bits;

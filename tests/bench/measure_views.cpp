@@ -4,8 +4,7 @@
 
 #include <algorithm>
 
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
+#include "tests/bench/cleaned_mesh.h"
 
 namespace fanstream::bench {
 
@@ -49,12 +48,11 @@ class Measurement {
     tell("build");
     std::vector<std::byte> bytes;
     {
-      Result<ImportedMesh> imported = import_mesh(path_);
-      if (!imported) return tl::unexpected(imported.error());
-      const TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
+      const Result<TriangleMesh> mesh = cleaned_mesh(path_);
+      if (!mesh) return tl::unexpected(mesh.error());
       BuildOptions build_options;
       build_options.position_bits = options_.position_bits;
-      Result<BuiltAsset> built = build_asset(mesh, build_options);
+      Result<BuiltAsset> built = build_asset(*mesh, build_options);
       if (!built) return tl::unexpected(built.error());
       figures_.build = built->report;
       bytes = std::move(built->bytes);

@@ -5,6 +5,7 @@
 
 #include "common/grid/position_grid.h"
 #include "tests/bench/bench_command.h"
+#include "tests/bench/cleaned_mesh.h"
 #include "tests/bench/train_statistics.h"
 
 namespace fanstream::bench {

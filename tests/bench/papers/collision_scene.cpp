@@ -4,21 +4,11 @@
 #include <glm/geometric.hpp>
 #include <unordered_map>
 
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "server/build/asset_builder.h"
 #include "tests/bench/level_quality.h"
 #include "tests/bench/open_asset.h"
 
 namespace fanstream::bench {
-
-Result<TriangleMesh> cleaned_mesh(const std::filesystem::path& file) {
-  Result<ImportedMesh> imported = import_mesh(file);
-  if (!imported) return tl::unexpected(imported.error());
-  TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
-  if (mesh.triangles.empty()) return fail(ErrorKind::bad_input, file.string() + ": no triangles left after cleaning");
-  return mesh;
-}
 
 Result<std::vector<TriangleMesh>> reduced_meshes(const TriangleMesh& mesh,
                                                  const std::vector<std::uint32_t>& triangles) {

@@ -13,9 +13,6 @@
 
 namespace fanstream::bench {
 
-// The mesh file, cleaned.
-Result<TriangleMesh> cleaned_mesh(const std::filesystem::path& file);
-
 // The mesh reduced to about these many triangles, in rising order, exactly so where it is closed and the number even;
 // the mesh itself where it has no more than asked for.
 Result<std::vector<TriangleMesh>> reduced_meshes(const TriangleMesh& mesh, const std::vector<std::uint32_t>& triangles);

@@ -10,10 +10,9 @@
 
 #include "client/render/plot.h"
 #include "common/geometry/mesh_distance.h"
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "server/build/asset_builder.h"
 #include "tests/bench/level_quality.h"
+#include "tests/bench/papers/papers_report.h"
 #include "tests/bench/thread_clock.h"
 
 namespace fanstream::bench {
@@ -91,16 +90,12 @@ class Levels {
 };
 
 Result<TriangleMesh> load(const PapersOptions& options, const Subject& subject) {
-  const std::filesystem::path path = options.models / subject.file;
-  Result<ImportedMesh> imported = import_mesh(path);
-  if (!imported) return tl::unexpected(imported.error());
-  TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
-  if (mesh.triangles.empty()) return fail(ErrorKind::bad_input, path.string() + ": no triangles left after cleaning");
-  if (subject.start_vertices == 0 || subject.start_vertices >= mesh.positions.size()) return mesh;
-  SimplifyOptions simplify_options = simplify_options_of(mesh, {});
+  Result<TriangleMesh> mesh = papers_mesh(options, subject.file);
+  if (!mesh || subject.start_vertices == 0 || subject.start_vertices >= mesh->positions.size()) return mesh;
+  SimplifyOptions simplify_options = simplify_options_of(*mesh, {});
   simplify_options.base_vertices = subject.start_vertices;
-  const MergeHistory history = simplify(mesh, simplify_options);
-  return Levels(mesh, history).at(0, 0);
+  const MergeHistory history = simplify(*mesh, simplify_options);
+  return Levels(*mesh, history).at(0, 0);
 }
 
 // The fewest vertices that could have so few triangles are asked for; simplification stops where no merge is left.

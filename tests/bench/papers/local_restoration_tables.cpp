@@ -13,6 +13,7 @@
 #include "client/render/plot.h"
 #include "common/fans/fan_shape.h"
 #include "tests/bench/papers/collision_scene.h"
+#include "tests/bench/papers/papers_report.h"
 #include "tests/bench/thread_clock.h"
 
 namespace fanstream::bench {
@@ -364,7 +365,7 @@ Result<void> draw_plots(const std::vector<GrowthRow>& rows, const std::filesyste
 
 Result<std::vector<GrowthRow>> measure_growth(const PapersOptions& options) {
   tell(options, "reducing the dragon");
-  const Result<TriangleMesh> dragon = cleaned_mesh(options.models / "dragon_stanford_full.ply");
+  const Result<TriangleMesh> dragon = papers_mesh(options, "dragon_stanford_full.ply");
   if (!dragon) return tl::unexpected(dragon.error());
   std::vector<std::uint32_t> sizes{5'000, 20'000, 80'000, 300'000, 1'000'000};
   if (options.quick) sizes.resize(3);
@@ -394,37 +395,16 @@ Result<std::vector<GrowthRow>> measure_growth(const PapersOptions& options) {
 
 // --- The picture ---
 
-// Every triangle a fan of its own, to be drawn flat.
-FanMesh single_fans(const TriangleMesh& mesh, const std::vector<bool>& left_out) {
-  FanMesh fans;
-  for (const glm::dvec3& p : mesh.positions) fans.vertices.push_back({glm::vec3(p), glm::vec3(0.0F)});
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (left_out[t]) continue;
-    fans.fans.push_back({mesh.triangles[t][0], static_cast<std::uint32_t>(fans.rings.size()), 2, false});
-    fans.rings.push_back(mesh.triangles[t][1]);
-    fans.rings.push_back(mesh.triangles[t][2]);
-  }
-  return fans;
-}
-
-// What is original in blue: where the picture changes if it is left out.
+// What is original in blue.
 Result<Image> draw_restored(OffscreenRenderer& renderer, const LiveSurface& surface, const Camera& camera) {
   std::vector<bool> original;
-  const TriangleMesh mesh = surface.triangle_mesh(&original);
+  const FanMesh fans = make_triangle_fans(surface.triangle_mesh(&original));
   RenderOptions look;
   look.shading = Shading::flat;
-  const FanMesh all = single_fans(mesh, std::vector<bool>(original.size(), false));
-  Result<Image> image = renderer.render(all, camera, look);
-  const Result<Image> without = renderer.render(single_fans(mesh, original), camera, look);
-  look.color = {0.42F, 0.60F, 0.85F};
-  const Result<Image> blue = renderer.render(all, camera, look);
-  if (!image || !without || !blue) return tl::unexpected((!image ? image : !without ? without : blue).error());
-  for (std::size_t i = 0; i + 4 <= image->rgba.size(); i += 4) {
-    const auto at = static_cast<std::ptrdiff_t>(i);
-    if (std::equal(image->rgba.begin() + at, image->rgba.begin() + at + 4, without->rgba.begin() + at)) continue;
-    std::copy_n(blue->rgba.begin() + at, 4, image->rgba.begin() + at);
+  for (const bool is_original : original) {
+    look.fan_colors.push_back(is_original ? glm::vec3(0.42F, 0.60F, 0.85F) : look.color);
   }
-  return image;
+  return renderer.render(fans, camera, look);
 }
 
 Result<void> draw_picture(const CollisionSubject& subject, const std::filesystem::path& file) {
@@ -466,7 +446,7 @@ Result<void> draw_picture(const CollisionSubject& subject, const std::filesystem
 
 Result<std::vector<Section>> measure_local_restoration(const PapersOptions& options) {
   tell(options, "reducing the armadillo");
-  const Result<TriangleMesh> armadillo = cleaned_mesh(options.models / "armadillo_86k.ply");
+  const Result<TriangleMesh> armadillo = papers_mesh(options, "armadillo_86k.ply");
   if (!armadillo) return tl::unexpected(armadillo.error());
   const Result<std::vector<TriangleMesh>> reduced = reduced_meshes(*armadillo, {kModelTriangles});
   if (!reduced) return tl::unexpected(with_context(reduced.error(), "armadillo_86k.ply"));

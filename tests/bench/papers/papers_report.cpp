@@ -5,8 +5,7 @@
 #include <array>
 #include <chrono>
 
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
+#include "tests/bench/cleaned_mesh.h"
 #include "tests/bench/papers/curvature_tables.h"
 #include "tests/bench/papers/fans_tables.h"
 #include "tests/bench/papers/local_restoration_tables.h"
@@ -78,13 +77,7 @@ Result<TriangleMesh> papers_mesh(const PapersOptions& options, const std::string
         ErrorKind::not_found,
         fmt::format("{}: no such mesh; put it there, or give the folder that holds it as --models", path.string()));
   }
-  Result<ImportedMesh> imported = import_mesh(path);
-  if (!imported) return tl::unexpected(imported.error());
-  TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
-  if (mesh.triangles.empty()) {
-    return fail(ErrorKind::bad_input, path.string() + ": no triangles left after cleaning");
-  }
-  return mesh;
+  return cleaned_mesh(path);
 }
 
 }  // namespace fanstream::bench

@@ -13,9 +13,8 @@
 #include "client/render/offscreen_renderer.h"
 #include "client/subdivide/view_subdivision.h"
 #include "common/fans/fan_shape.h"
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "tests/bench/papers/face_picture.h"
+#include "tests/bench/papers/papers_report.h"
 #include "tests/bench/thread_clock.h"
 #include "tests/peers/opensubdiv_peer.h"
 
@@ -107,19 +106,13 @@ PolygonMesh with_quads(const TriangleMesh& mesh) {
   return result;
 }
 
-Result<TriangleMesh> read_triangles(const PapersOptions& options, const std::string& file) {
-  const Result<ImportedMesh> imported = import_mesh(options.models / file);
-  if (!imported) return tl::unexpected(imported.error());
-  return clean_mesh(imported->mesh).mesh;
-}
-
 Result<std::vector<Model>> read_models(const PapersOptions& options) {
   std::vector<Model> models;
   models.push_back({"knot of quads", quad_knot(40, 10), {0.3, 0.2, 1.0}, {1.0, 0.25, -0.25}});
-  const Result<TriangleMesh> cow = read_triangles(options, "cow_2904v.off");
+  const Result<TriangleMesh> cow = papers_mesh(options, "cow_2904v.off");
   if (!cow) return tl::unexpected(cow.error());
   models.push_back({"cow, quads and triangles", with_quads(*cow), {0.5, 0.25, 1.0}, {1.0, 0.3, -0.3}});
-  const Result<TriangleMesh> spot = read_triangles(options, "spot_textured.glb");
+  const Result<TriangleMesh> spot = papers_mesh(options, "spot_textured.glb");
   if (!spot) return tl::unexpected(spot.error());
   models.push_back({"spot, triangles", polygon_mesh(*spot), {0.6, 0.3, -1.0}, {1.0, 0.4, 0.4}});
   for (const Model& model : models) {

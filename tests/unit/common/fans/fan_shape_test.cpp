@@ -17,6 +17,22 @@ TEST(FanShape, TrianglesOfAFanMeshAreThoseItWasMadeFrom) {
   EXPECT_TRUE(checked) << checked.error().message;
 }
 
+TEST(FanShape, TriangleFansAreTheTrianglesInTheirOrderWithTheSameNormals) {
+  const TriangleMesh mesh = test::make_torus(20, 12);
+  const FanMesh fans = make_triangle_fans(mesh);
+  EXPECT_EQ(fans.fans.size(), mesh.triangles.size());
+  EXPECT_TRUE(triangles_of(fans) == mesh.triangles);
+  const auto covered = make_fan_mesh(mesh);
+  ASSERT_TRUE(covered);
+  ASSERT_EQ(fans.vertices.size(), covered->vertices.size());
+  for (std::size_t i = 0; i < fans.vertices.size(); ++i) {
+    EXPECT_EQ(fans.vertices[i].point, covered->vertices[i].point);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(fans.vertices[i].normal[axis], covered->vertices[i].normal[axis], 1e-4F);
+    }
+  }
+}
+
 TEST(FanShape, NormalsSetFromPointsAreThoseItWasMadeWith) {
   const TriangleMesh mesh = test::make_torus(20, 12);
   auto fans = make_fan_mesh(mesh);
