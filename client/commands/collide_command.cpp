@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 
 #include "client/collision/mesh_contacts.h"
@@ -8,6 +7,7 @@
 #include "client/collision/restoration_fetch.h"
 #include "client/commands/commands.h"
 #include "client/commands/model_options.h"
+#include "client/commands/number_list.h"
 #include "client/commands/output.h"
 #include "common/asset/asset_file.h"
 #include "common/import/mesh_import.h"
@@ -27,18 +27,8 @@ struct Arguments {
 
 Result<std::vector<double>> numbers(const std::string& option, const std::string& text, std::size_t count,
                                     const char* form) {
-  std::vector<double> list;
-  std::string_view rest = text;
-  for (;;) {
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-    if (error != std::errc()) break;
-    list.push_back(value);
-    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
-    if (rest.empty() && list.size() == count) return list;
-    if (rest.empty() || rest.front() != ',') break;
-    rest.remove_prefix(1);
-  }
+  const auto list = parse_numbers<double>(text, ',');
+  if (list && list->size() == count) return *list;
   return fail(ErrorKind::usage, fmt::format("{} {}: expected {}", option, text, form));
 }
 
@@ -156,7 +146,7 @@ Findings find(const Request& request, const Arguments& arguments, const Restorat
   return findings;
 }
 
-Json json_of(const glm::dvec3& p) { return Json::array({p.x, p.y, p.z}); }
+using fanstream::json_of;
 Json json_of(const std::array<glm::dvec3, 3>& corners) {
   return Json::array({json_of(corners[0]), json_of(corners[1]), json_of(corners[2])});
 }

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <csignal>
 #include <glm/geometric.hpp>
 
+#include "client/commands/number_list.h"
 #include "client/render/offscreen_renderer.h"
 #include "common/support/progress_bar.h"
 
@@ -15,25 +15,9 @@ namespace {
 
 void request_stop(int) { stop_flag() = true; }
 
-// "x,y,z" or "WxH": numbers with a separator between them and nothing else.
-template <class Number>
-std::optional<std::vector<Number>> numbers(std::string_view text, char separator) {
-  std::vector<Number> list;
-  for (;;) {
-    Number value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc()) return std::nullopt;
-    list.push_back(value);
-    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-    if (text.empty()) return list;
-    if (text.front() != separator) return std::nullopt;
-    text.remove_prefix(1);
-  }
-}
-
 Result<std::optional<glm::dvec3>> point(const std::string& option, const std::string& text) {
   if (text.empty()) return std::nullopt;
-  const auto list = numbers<double>(text, ',');
+  const auto list = parse_numbers<double>(text, ',');
   if (!list || list->size() != 3)
     return fail(ErrorKind::usage, option + " " + text + ": expected x,y,z, for example 0.5,1,-2");
   return glm::dvec3((*list)[0], (*list)[1], (*list)[2]);
@@ -146,7 +130,7 @@ void add_camera_arguments(CLI::App& command, CameraArguments& arguments, const s
 }
 
 Result<void> CameraArguments::check() {
-  const auto sides = numbers<std::uint32_t>(size, 'x');
+  const auto sides = parse_numbers<std::uint32_t>(size, 'x');
   if (!sides || sides->size() != 2)
     return fail(ErrorKind::usage, "--size " + size + ": expected WxH, for example 1024x768");
   width = (*sides)[0];
@@ -167,11 +151,11 @@ Result<void> CameraArguments::check() {
   return {};
 }
 
-Result<Camera> CameraArguments::camera(const TriangleMesh& mesh) const {
+Result<Camera> CameraArguments::camera(const std::vector<glm::dvec3>& positions) const {
   const glm::dvec3 up_vector = up_.value_or(glm::dvec3(0, 1, 0));
   Camera camera;
   if (eye_) {
-    const Bounds bounds = bounds_of(mesh.positions);
+    const Bounds bounds = bounds_of(positions);
     camera = {*eye_, target_.value_or((bounds.low + bounds.high) / 2.0), up_vector, fov_deg};
     const glm::dvec3 view = camera.target - camera.eye;
     // Straight up or down, where nobody has said which way is up.
@@ -182,7 +166,7 @@ Result<Camera> CameraArguments::camera(const TriangleMesh& mesh) const {
     options.fov_deg = fov_deg;
     options.aspect = static_cast<double>(width) / height;
     if (up_ && std::abs(up_vector.z) > std::abs(up_vector.y)) options.from = {0.5, -1.0, 0.4};  // z is up: seen from -y
-    camera = fit(mesh.positions, options);
+    camera = fit(positions, options);
   }
   if (const Result<void> checked = check_camera(camera); !checked) return tl::unexpected(checked.error());
   return camera;

@@ -61,7 +61,7 @@ struct CameraArguments {
   // Fails (usage) naming the option. Call before anything long.
   Result<void> check();
   // As asked, or such that all of the mesh is seen. Fails as check_camera. Precondition: check() succeeded.
-  Result<Camera> camera(const TriangleMesh& mesh) const;
+  Result<Camera> camera(const std::vector<glm::dvec3>& positions) const;
 
  private:
   std::optional<glm::dvec3> eye_, target_, up_;

@@ -40,6 +40,8 @@ std::string size_text(std::uint64_t bytes) {
   return fmt::format("{:.2f} MB", static_cast<double>(bytes) / 1e6);
 }
 
+Json json_of(const glm::dvec3& p) { return Json::array({p.x, p.y, p.z}); }
+
 Json json_of(const FetchReport& report) {
   return {{"source", report.source},
           {"model", report.model},
@@ -91,6 +93,23 @@ Result<void> check_output_path(const std::filesystem::path& path, const std::str
   if (!fs::is_directory(folder, ignored)) {
     return fail(ErrorKind::not_found, path.string() + ": there is no folder " + folder.string() + "; make it first");
   }
+  return {};
+}
+
+Result<void> check_output_folder(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(folder, ignored)) return {};
+  if (std::filesystem::exists(folder, ignored)) {
+    return fail(ErrorKind::usage, folder.string() + ": is a file; name a folder");
+  }
+  return check_output_path(folder, "");
+}
+
+Result<void> make_output_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  if (Result<void> checked = check_output_folder(folder); !checked) return checked;
+  std::filesystem::create_directory(folder, error);
+  if (error) return fail(ErrorKind::io, folder.string() + ": cannot be made: " + error.message());
   return {};
 }
 

@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <limits>
 
 #include "client/commands/commands.h"
 #include "client/commands/model_options.h"
+#include "client/commands/number_list.h"
 #include "client/commands/output.h"
 #include "client/commands/reduce_source.h"
 #include "client/export/level_store.h"
@@ -57,48 +57,16 @@ std::string settings_of(const Arguments& arguments) {
 
 // Of "N,N,...", from large to small, each once.
 Result<std::vector<std::uint64_t>> parse_counts(const std::string& text) {
-  std::vector<std::uint64_t> counts;
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  for (;;) {
-    std::uint32_t count = 0;
-    const auto [behind, error] = std::from_chars(at, end, count);
-    if (error != std::errc() || count == 0 || (behind != end && *behind != ',')) {
-      return fail(ErrorKind::usage, fmt::format("--triangles {}: expected whole numbers from 1 to {}, for example "
-                                                "4000,2000,1000,200",
-                                                text, std::numeric_limits<std::uint32_t>::max()));
-    }
-    counts.push_back(count);
-    if (behind == end) break;
-    at = behind + 1;
+  const auto list = parse_numbers<std::uint32_t>(text, ',');
+  if (!list || std::find(list->begin(), list->end(), 0U) != list->end()) {
+    return fail(ErrorKind::usage, fmt::format("--triangles {}: expected whole numbers from 1 to {}, for example "
+                                              "4000,2000,1000,200",
+                                              text, std::numeric_limits<std::uint32_t>::max()));
   }
+  std::vector<std::uint64_t> counts(list->begin(), list->end());
   std::sort(counts.begin(), counts.end(), std::greater<>());
   counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
   return counts;
-}
-
-// Makes the folder if it is not there.
-Result<void> prepare_folder(const fs::path& folder) {
-  std::error_code error;
-  if (fs::is_directory(folder, error)) return {};
-  if (fs::exists(folder, error)) return fail(ErrorKind::usage, folder.string() + ": is a file; name a folder");
-  if (auto checked = check_output_path(folder, ""); !checked) return checked;
-  fs::create_directory(folder, error);
-  if (error) return fail(ErrorKind::io, folder.string() + ": cannot be made: " + error.message());
-  return {};
-}
-
-// One fan a triangle: it is drawn once, so that a cover would take longer than it saves.
-FanMesh drawable(const TriangleMesh& mesh) {
-  FanMesh fans;
-  fans.vertices.reserve(mesh.positions.size());
-  for (const glm::dvec3& p : mesh.positions) fans.vertices.push_back({glm::vec3(p), glm::vec3(0.0F)});
-  for (const Triangle& t : mesh.triangles) {
-    fans.fans.push_back({t[0], static_cast<std::uint32_t>(fans.rings.size()), 2, false});
-    fans.rings.insert(fans.rings.end(), {t[1], t[2]});
-  }
-  set_normals(fans);
-  return fans;
 }
 
 // Makes, measures, draws and stores the levels of one mesh.
@@ -181,7 +149,7 @@ class LevelMaker {
 
   Result<void> begin_picture() {
     if (arguments_.no_picture) return {};
-    const Result<Camera> camera = arguments_.camera.camera(source_.mesh);
+    const Result<Camera> camera = arguments_.camera.camera(source_.mesh.positions);
     if (!camera) return tl::unexpected(camera.error());
     camera_ = *camera;
     Result<OffscreenRenderer> renderer = OffscreenRenderer::create(arguments_.camera.width, arguments_.camera.height);
@@ -195,7 +163,7 @@ class LevelMaker {
     if (!renderer_) return {};
     RenderOptions options;
     options.draw = DrawMode::triangles;
-    Result<Image> image = renderer_->render(drawable(mesh), camera_, options);
+    Result<Image> image = renderer_->render(make_triangle_fans(mesh), camera_, options);
     if (!image) return tl::unexpected(image.error());
     entries_.push_back({std::move(*image), std::move(text)});
     return {};
@@ -334,7 +302,7 @@ Result<Outcome> make_levels(const Arguments& arguments, ProgressBar& bar) {
   outcome.notes = std::move(mesh->notes);
   outcome.seconds.load = since(start);
   if (auto going = go_on(); !going) return tl::unexpected(going.error());
-  if (auto prepared = prepare_folder(arguments.source.output); !prepared) return tl::unexpected(prepared.error());
+  if (auto made = make_output_folder(arguments.source.output); !made) return tl::unexpected(made.error());
   LevelMaker maker(arguments, source->name(), *mesh, bar);
   if (auto made = maker.run(outcome.manifest, outcome.seconds); !made) {
     return tl::unexpected(with_context(made.error(), arguments.source.source));
@@ -347,14 +315,7 @@ int run_reduce(Arguments& arguments) {
   Result<std::vector<std::uint64_t>> counts = parse_counts(arguments.triangles);
   if (!counts) return report_error(counts.error());
   arguments.counts = std::move(*counts);
-  std::error_code ignored;
-  const fs::path folder = arguments.source.output;
-  if (!fs::is_directory(folder, ignored)) {
-    if (fs::exists(folder, ignored)) {
-      return report_error({ErrorKind::usage, folder.string() + ": is a file; name a folder"});
-    }
-    if (const auto checked = check_output_path(folder, ""); !checked) return report_error(checked.error());
-  }
+  if (const auto checked = check_output_folder(arguments.source.output); !checked) return report_error(checked.error());
   ProgressBar bar(arguments.source.source);
   const Result<Outcome> outcome = make_levels(arguments, bar);
   bar.finish();

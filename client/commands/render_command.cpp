@@ -18,8 +18,6 @@ struct Arguments {
   std::string draw = "fans";
 };
 
-Json json_of(const glm::dvec3& p) { return Json::array({p.x, p.y, p.z}); }
-
 // Past the finest level, if asked for. `mesh` is the model as it came.
 Result<std::optional<SmoothReport>> smooth_mesh(const Arguments& arguments, const ProgressiveMesh& model,
                                                 const Camera& camera, TriangleMesh& mesh) {
@@ -39,7 +37,7 @@ int run_render(Arguments& arguments) {
   const Result<LoadedModel> loaded = load_model(arguments.source.source, arguments.level);
   if (!loaded) return report_error(loaded.error());
   TriangleMesh mesh = loaded->fetch->mesh().triangle_mesh();
-  const Result<Camera> camera = arguments.camera.camera(mesh);
+  const Result<Camera> camera = arguments.camera.camera(mesh.positions);
   if (!camera) return report_error(camera.error());
   const auto smoothed = smooth_mesh(arguments, loaded->fetch->mesh(), *camera, mesh);
   if (!smoothed) return report_error(smoothed.error());

@@ -102,13 +102,7 @@ Result<void> check_arguments(const Arguments& arguments) {
   if (!arguments.cache.empty() && !arguments.real_time) {
     return fail(ErrorKind::usage, "--cache: is for --real-time; a simulated link starts with nothing every time");
   }
-  std::error_code ignored;
-  const std::filesystem::path folder = arguments.source.output;
-  if (std::filesystem::exists(folder, ignored) && !std::filesystem::is_directory(folder, ignored)) {
-    return fail(ErrorKind::usage, folder.string() + ": is a file; name a folder");
-  }
-  if (!std::filesystem::is_directory(folder, ignored)) return check_output_path(folder, "");
-  return {};
+  return check_output_folder(arguments.source.output);
 }
 
 SessionSettings settings_of(const Arguments& arguments, const CameraPath& path, ProgressBar& bar) {

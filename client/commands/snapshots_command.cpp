@@ -99,7 +99,7 @@ int run_snapshots(Arguments& arguments) {
   const Result<std::vector<Snapshot>> snapshots = take_snapshots(**fetch, arguments.levels, mesh);
   bar.finish();
   if (!snapshots) return report_error(snapshots.error());
-  const Result<Camera> camera = arguments.camera.camera(mesh);
+  const Result<Camera> camera = arguments.camera.camera(mesh.positions);
   if (!camera) return report_error(camera.error());
   const FetchReport report = (*fetch)->report();
   const Result<Image> sheet = draw_sheet(*snapshots, arguments.camera, *camera, report.model);

@@ -104,15 +104,9 @@ Result<Input> read_input(const Arguments& arguments, ProgressBar& bar) {
   return input;
 }
 
-Result<Camera> camera_of(const CameraArguments& arguments, const PolygonMesh& mesh) {
-  TriangleMesh places;
-  places.positions = positions(mesh.points);
-  return arguments.camera(places);
-}
-
 Result<Output> refine(const Arguments& arguments, Input& input, ProgressBar& bar) {
   Output output;
-  const Result<Camera> camera = camera_of(arguments.camera, input.mesh);
+  const Result<Camera> camera = arguments.camera.camera(positions(input.mesh.points));
   if (!camera) return tl::unexpected(camera.error());
   output.camera = *camera;
   if (arguments.depth) {
@@ -165,7 +159,7 @@ Result<void> write_output(const Arguments& arguments, const Input& input, Output
     CameraArguments other = arguments.camera;
     other.eye = arguments.picture_eye;
     if (auto checked = other.check(); !checked) return checked;
-    const Result<Camera> given = camera_of(other, input.mesh);
+    const Result<Camera> given = other.camera(positions(input.mesh.points));
     if (!given) return tl::unexpected(given.error());
     output.drawn_from = camera = *given;
   }
@@ -183,8 +177,6 @@ std::vector<std::size_t> faces_by_depth(const AdaptiveMesh& refined) {
   }
   return counts;
 }
-
-Json json_of(const glm::dvec3& p) { return Json::array({p.x, p.y, p.z}); }
 
 int print_report(const Arguments& arguments, const Input& input, const Output& output) {
   const PolygonMesh& mesh = output.refined.mesh;

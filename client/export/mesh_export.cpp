@@ -4,38 +4,21 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cctype>
 #include <cmath>
 #include <glm/common.hpp>
 #include <iterator>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
-#include <type_traits>
 
+#include "client/export/file_bytes.h"
 #include "common/mesh/srgb.h"
 #include "common/support/atomic_file.h"
 
 namespace fanstream {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the writers copy numbers as they lie in memory");
-
-using Bytes = std::vector<std::uint8_t>;
-
-template <class T>
-void append(Bytes& bytes, const T& value) {
-  static_assert(std::is_trivially_copyable_v<T>);
-  const auto* begin = reinterpret_cast<const std::uint8_t*>(&value);
-  bytes.insert(bytes.end(), begin, begin + sizeof value);
-}
-
-void append_text(Bytes& bytes, std::string_view text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
-
-// Whether x is finite and at most the largest float.
-bool in_float_range(double x) { return std::abs(x) <= static_cast<double>(std::numeric_limits<float>::max()); }
+using namespace detail;
 
 Result<void> check_mesh(std::span<const glm::dvec3> positions, std::span<const Triangle> triangles,
                         MeshFileFormat format) {
@@ -57,12 +40,6 @@ Result<void> check_mesh(std::span<const glm::dvec3> positions, std::span<const T
     }
   }
   return {};
-}
-
-bool exactly_floats(std::span<const glm::dvec3> positions) {
-  return std::all_of(positions.begin(), positions.end(), [](const glm::dvec3& p) {
-    return in_float_range(p.x) && in_float_range(p.y) && in_float_range(p.z) && glm::dvec3(glm::vec3(p)) == p;
-  });
 }
 
 // A colour's parts as eight bits hold them.
@@ -91,11 +68,7 @@ Bytes encode_ply(std::span<const glm::dvec3> positions, std::span<const Triangle
   append_text(bytes,
               fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n", triangles.size()));
   for (std::size_t v = 0; v < positions.size(); ++v) {
-    if (floats) {
-      append(bytes, glm::vec3(positions[v]));
-    } else {
-      append(bytes, positions[v]);
-    }
+    append_place(bytes, positions[v], floats);
     if (textured) append(bytes, upward(attributes.texture_coordinates[v]));
     if (colored) append(bytes, srgb_bytes(attributes.colors[v]));
   }
@@ -252,8 +225,9 @@ Result<MeshFileFormat> mesh_file_format(const std::filesystem::path& path) {
               fmt::format("{}: cannot tell the format; end the name in .ply, .obj or .glb", path.string()));
 }
 
-Result<Bytes> encode_mesh(std::span<const glm::dvec3> positions, std::span<const Triangle> triangles,
-                          MeshFileFormat format, const VertexAttributes& attributes) {
+Result<std::vector<std::uint8_t>> encode_mesh(std::span<const glm::dvec3> positions,
+                                              std::span<const Triangle> triangles, MeshFileFormat format,
+                                              const VertexAttributes& attributes) {
   if (auto checked = check_mesh(positions, triangles, format); !checked) return tl::unexpected(checked.error());
   for (const std::size_t count : {attributes.texture_coordinates.size(), attributes.colors.size()}) {
     if (count == 0 || count == positions.size()) continue;

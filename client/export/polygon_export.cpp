@@ -3,27 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <iterator>
-#include <limits>
 
+#include "client/export/file_bytes.h"
 #include "common/support/atomic_file.h"
 
 namespace fanstream {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the writers copy numbers as they lie in memory");
-
-using Bytes = std::vector<std::uint8_t>;
-
-template <class T>
-void append(Bytes& bytes, const T& value) {
-  const std::size_t size = bytes.size();
-  bytes.resize(size + sizeof value);
-  std::memcpy(bytes.data() + size, &value, sizeof value);
-}
+using namespace detail;
 
 Result<void> check_mesh(const PolygonMesh& mesh, const std::vector<glm::dvec3>& places) {
   if (mesh.face_count() == 0) return fail(ErrorKind::usage, "the mesh has no faces to write");
@@ -43,14 +32,6 @@ Result<void> check_mesh(const PolygonMesh& mesh, const std::vector<glm::dvec3>& 
   return {};
 }
 
-bool exactly_floats(const std::vector<glm::dvec3>& places) {
-  constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());
-  return std::all_of(places.begin(), places.end(), [](const glm::dvec3& p) {
-    return std::abs(p.x) <= kLargest && std::abs(p.y) <= kLargest && std::abs(p.z) <= kLargest &&
-           glm::dvec3(glm::vec3(p)) == p;
-  });
-}
-
 Bytes encode_ply(const PolygonMesh& mesh, const std::vector<glm::dvec3>& places) {
   std::size_t largest = 0;
   for (FaceId f = 0; f < mesh.face_count(); ++f) largest = std::max(largest, mesh.face(f).size());
@@ -63,13 +44,9 @@ Bytes encode_ply(const PolygonMesh& mesh, const std::vector<glm::dvec3>& places)
   Bytes bytes;
   bytes.reserve(header.size() + places.size() * (floats ? 12 : 24) + mesh.face_count() * (small ? 1 : 4) +
                 mesh.corners.size() * 4);
-  bytes.insert(bytes.end(), header.begin(), header.end());
+  append_text(bytes, header);
   for (const glm::dvec3& place : places) {
-    if (floats) {
-      append(bytes, glm::vec3(place));
-    } else {
-      append(bytes, place);
-    }
+    append_place(bytes, place, floats);
   }
   for (FaceId f = 0; f < mesh.face_count(); ++f) {
     if (small) {
@@ -103,7 +80,7 @@ Bytes encode_obj(const PolygonMesh& mesh, const std::vector<glm::dvec3>& places)
 
 }  // namespace
 
-Result<Bytes> encode_polygons(const PolygonMesh& mesh, MeshFileFormat format) {
+Result<std::vector<std::uint8_t>> encode_polygons(const PolygonMesh& mesh, MeshFileFormat format) {
   if (format == MeshFileFormat::glb) {
     const TriangleMesh triangles = triangle_mesh(mesh);
     return encode_mesh(triangles.positions, triangles.triangles, format);
