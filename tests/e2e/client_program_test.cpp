@@ -1,10 +1,11 @@
 // fanstream-client as a user runs it: outputs, messages, exit codes.
+#include "tests/support/client_program.h"
+
 #include <gtest/gtest.h>
 #include <signal.h>
 
 #include <chrono>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <thread>
 
 #include "common/import/mesh_import.h"
@@ -12,31 +13,14 @@
 #include "tests/support/built_model.h"
 #include "tests/support/cutting_relay.h"
 #include "tests/support/mesh_generators.h"
-#include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace fanstream {
 namespace {
 
 using testing::ProgramOutcome;
 
-class ClientProgram : public ::testing::Test {
+class ClientProgram : public testing::ClientProgramTest {
  protected:
-  static ProgramOutcome run(const std::vector<std::string>& arguments) {
-    return testing::run_program("fanstream-client", arguments);
-  }
-  static nlohmann::json run_json(std::vector<std::string> arguments) {
-    arguments.emplace_back("--json");
-    const ProgramOutcome outcome = run(arguments);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.error;
-    return nlohmann::json::parse(outcome.out, nullptr, false);
-  }
-  static void expect_failure(const ProgramOutcome& outcome, ErrorKind kind, const std::string& text) {
-    EXPECT_EQ(outcome.exit_code, exit_code(kind));
-    EXPECT_NE(outcome.error.find(text), std::string::npos) << outcome.error;
-    EXPECT_EQ(outcome.out, "");
-  }
-  std::string out(const std::string& name) const { return (folder.path() / name).string(); }
   std::string source() const { return server.address() + "/torus"; }
 
   void SetUp() override { server.add("torus", asset()); }
@@ -50,18 +34,13 @@ class ClientProgram : public ::testing::Test {
     return built;
   }
 
-  testing::TemporaryFolder folder;
   testing::ModelServer server;
 };
 
 TEST_F(ClientProgram, HelpFitsEightyColumnsAndHasAnExample) {
   for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
            {"--help"}, {"list", "--help"}, {"fetch", "--help"}, {"render", "--help"}, {"snapshots", "--help"}}) {
-    const ProgramOutcome outcome = run(arguments);
-    EXPECT_EQ(outcome.exit_code, 0);
-    EXPECT_NE(outcome.out.find("Example"), std::string::npos);
-    std::istringstream lines(outcome.out);
-    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+    expect_help(run(arguments));
   }
 }
 

@@ -2,39 +2,22 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "client/collision/plane_contacts.h"
 #include "client/export/mesh_export.h"
 #include "tests/support/asset_helpers.h"
 #include "tests/support/built_model.h"
+#include "tests/support/client_program.h"
 #include "tests/support/mesh_generators.h"
-#include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace fanstream {
 namespace {
 
 using testing::ProgramOutcome;
 
-class CollideProgram : public ::testing::Test {
+class CollideProgram : public testing::ClientProgramTest {
  protected:
-  static ProgramOutcome run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), "collide");
-    return testing::run_program("fanstream-client", arguments);
-  }
-  static nlohmann::json run_json(std::vector<std::string> arguments) {
-    arguments.emplace_back("--json");
-    const ProgramOutcome outcome = run(arguments);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.error;
-    return nlohmann::json::parse(outcome.out, nullptr, false);
-  }
-  static void expect_failure(const ProgramOutcome& outcome, ErrorKind kind, const std::string& text) {
-    EXPECT_EQ(outcome.exit_code, exit_code(kind));
-    EXPECT_NE(outcome.error.find(text), std::string::npos) << outcome.error;
-    EXPECT_EQ(outcome.out, "");
-  }
-
+  CollideProgram() : ClientProgramTest("collide") {}
   void SetUp() override { server.add("torus", asset()); }
   std::string source() const { return server.address() + "/torus"; }
 
@@ -47,17 +30,10 @@ class CollideProgram : public ::testing::Test {
     return built;
   }
 
-  testing::TemporaryFolder folder;
   testing::ModelServer server;
 };
 
-TEST_F(CollideProgram, HelpFitsEightyColumnsAndHasAnExample) {
-  const ProgramOutcome outcome = run({"--help"});
-  EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_NE(outcome.out.find("Example"), std::string::npos);
-  std::istringstream lines(outcome.out);
-  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
-}
+TEST_F(CollideProgram, HelpFitsEightyColumnsAndHasAnExample) { expect_help(run({"--help"})); }
 
 TEST_F(CollideProgram, WithoutAFocusContactsAreThoseOfTheFullModel) {
   PlaneContacts expected;

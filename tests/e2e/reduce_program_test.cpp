@@ -3,15 +3,13 @@
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "common/import/mesh_import.h"
 #include "common/mesh/mesh_hash.h"
 #include "tests/support/built_model.h"
+#include "tests/support/client_program.h"
 #include "tests/support/mesh_files.h"
 #include "tests/support/mesh_generators.h"
-#include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace fanstream {
 namespace {
@@ -19,24 +17,13 @@ namespace {
 namespace fs = std::filesystem;
 using testing::ProgramOutcome;
 
-class ReduceProgram : public ::testing::Test {
+class ReduceProgram : public testing::ClientProgramTest {
  protected:
-  ProgramOutcome run(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), "reduce");
-    return testing::run_program("fanstream-client", arguments);
-  }
+  ReduceProgram() : ClientProgramTest("reduce") {}
   nlohmann::json run_json(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.end(), {"--json", "--size", "80x60"});
-    const ProgramOutcome outcome = run(std::move(arguments));
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.error;
-    return nlohmann::json::parse(outcome.out, nullptr, false);
+    arguments.insert(arguments.end(), {"--size", "80x60"});
+    return ClientProgramTest::run_json(std::move(arguments));
   }
-  static void expect_failure(const ProgramOutcome& outcome, ErrorKind kind, const std::string& text) {
-    EXPECT_EQ(outcome.exit_code, exit_code(kind)) << outcome.error;
-    EXPECT_NE(outcome.error.find(text), std::string::npos) << outcome.error;
-    EXPECT_EQ(outcome.out, "");
-  }
-  std::string out(const std::string& name) const { return (folder.path() / name).string(); }
   static std::size_t triangles_of(const std::string& file) {
     const auto imported = import_mesh(file);
     EXPECT_TRUE(imported) << imported.error().message;
@@ -45,17 +32,9 @@ class ReduceProgram : public ::testing::Test {
   std::string torus_file(const char* name = "torus.ply") const {
     return folder.write(name, testing::ply_text(testing::make_torus(40, 30))).string();
   }
-
-  testing::TemporaryFolder folder;
 };
 
-TEST_F(ReduceProgram, HelpFitsEightyColumnsAndHasAnExample) {
-  const ProgramOutcome outcome = run({"--help"});
-  EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_NE(outcome.out.find("Example"), std::string::npos);
-  std::istringstream lines(outcome.out);
-  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
-}
+TEST_F(ReduceProgram, HelpFitsEightyColumnsAndHasAnExample) { expect_help(run({"--help"})); }
 
 TEST_F(ReduceProgram, AMeshFileGivesAFileForEachCountAndAPicture) {
   for (const char* format : {"glb", "ply", "obj"}) {

@@ -2,12 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tests/support/client_program.h"
 #include "tests/support/mesh_generators.h"
-#include "tests/support/program.h"
 #include "tests/support/small_assets.h"
 
 namespace fanstream {
@@ -16,20 +15,12 @@ namespace {
 using testing::ProgramOutcome;
 namespace fs = std::filesystem;
 
-class SessionProgram : public ::testing::Test {
+class SessionProgram : public testing::ClientProgramTest {
  protected:
+  SessionProgram() : ClientProgramTest("session") {}
   void SetUp() override {
     static const std::string bytes = testing::as_text(testing::small_asset(testing::make_torus(60, 40)));
     asset = folder.write("torus.fan", bytes).string();
-  }
-  static ProgramOutcome run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), "session");
-    return testing::run_program("fanstream-client", arguments);
-  }
-  std::string out(const std::string& name) const { return (folder.path() / name).string(); }
-  static std::string contents(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
   }
   static std::set<std::string> names_in(const fs::path& path) {
     std::set<std::string> names;
@@ -39,14 +30,10 @@ class SessionProgram : public ::testing::Test {
   static void expect_png(const fs::path& path) { EXPECT_EQ(contents(path).substr(0, 4), "\x89PNG") << path; }
   void expect_failure(const std::vector<std::string>& arguments, ErrorKind kind, const std::string& text) const {
     SCOPED_TRACE(text);
-    const ProgramOutcome outcome = run(arguments);
-    EXPECT_EQ(outcome.exit_code, exit_code(kind)) << outcome.error;
-    EXPECT_NE(outcome.error.find(text), std::string::npos) << outcome.error;
-    EXPECT_EQ(outcome.out, "");
+    ClientProgramTest::expect_failure(run(arguments), kind, text);
     EXPECT_FALSE(fs::exists(out("bad")));
   }
 
-  testing::TemporaryFolder folder;
   std::string asset;
 };
 

@@ -3,15 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "common/import/mesh_import.h"
 #include "tests/support/built_model.h"
+#include "tests/support/client_program.h"
 #include "tests/support/mesh_generators.h"
 #include "tests/support/polygon_sources.h"
-#include "tests/support/program.h"
 
 namespace fanstream {
 namespace {
@@ -19,7 +18,7 @@ namespace {
 using testing::ProgramOutcome;
 namespace fs = std::filesystem;
 
-class SmoothProgram : public ::testing::Test {
+class SmoothProgram : public testing::ClientProgramTest {
  protected:
   void SetUp() override {
     const TriangleMesh torus = testing::make_torus(24, 14);
@@ -29,22 +28,7 @@ class SmoothProgram : public ::testing::Test {
     ASSERT_EQ(built.exit_code, 0) << built.error;
     build_report = nlohmann::json::parse(built.out);
   }
-  static ProgramOutcome run(const std::vector<std::string>& arguments) {
-    return testing::run_program("fanstream-client", arguments);
-  }
-  nlohmann::json run_json(std::vector<std::string> arguments) const {
-    arguments.emplace_back("--json");
-    const ProgramOutcome outcome = run(arguments);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.error;
-    return nlohmann::json::parse(outcome.out, nullptr, false);
-  }
-  std::string out(const std::string& name) const { return (folder.path() / name).string(); }
-  static std::string contents(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
 
-  testing::TemporaryFolder folder;
   std::string input, asset;
   nlohmann::json build_report;
 };

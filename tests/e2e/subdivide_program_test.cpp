@@ -6,43 +6,36 @@
 #include "client/export/polygon_export.h"
 #include "client/subdivide/subdivision.h"
 #include "common/import/mesh_import.h"
+#include "tests/support/client_program.h"
 #include "tests/support/mesh_generators.h"
 #include "tests/support/polygon_meshes.h"
-#include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace fanstream {
 namespace {
 
 using namespace fanstream::testing;
 
-class SubdivideProgram : public ::testing::Test {
+class SubdivideProgram : public ClientProgramTest {
  protected:
-  auto run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), "subdivide");
-    return run_program("fanstream-client", arguments);
-  }
-  std::string path(const std::string& name) { return (folder_.path() / name).string(); }
+  SubdivideProgram() : ClientProgramTest("subdivide") {}
   std::string write(const PolygonMesh& mesh, const std::string& name) {
-    EXPECT_TRUE(export_polygons(path(name), mesh));
-    return path(name);
+    EXPECT_TRUE(export_polygons(out(name), mesh));
+    return out(name);
   }
   PolygonMesh read(const std::string& name) {
     ImportOptions options;
     options.keep_polygons = true;
-    const Result<ImportedMesh> imported = import_mesh(path(name), options);
+    const Result<ImportedMesh> imported = import_mesh(out(name), options);
     EXPECT_TRUE(imported) << imported.error().message;
     return imported ? imported->polygons : PolygonMesh();
   }
-
-  TemporaryFolder folder_;
 };
 
 TEST_F(SubdivideProgram, WritesTheUniformMesh) {
   const PolygonMesh mesh = with_dissolved_edges(polygon_mesh(make_torus(12, 8)), 0.4, 1);
   const std::string cage = write(mesh, "cage.obj");
   for (const char* name : {"out.obj", "out.ply"}) {
-    const auto result = run({cage, "--depth", "4", "-o", path(name), "--json"});
+    const auto result = run({cage, "--depth", "4", "-o", out(name), "--json"});
     ASSERT_EQ(result.exit_code, 0) << result.error;
     const Result<PolygonMesh> expected = subdivide(mesh, 4);
     const PolygonMesh written = read(name);
@@ -56,7 +49,7 @@ TEST_F(SubdivideProgram, WritesTheUniformMesh) {
 
 TEST_F(SubdivideProgram, RefinesForAViewAndDrawsIt) {
   const std::string cage = write(make_quad_torus(40, 28), "cage.ply");
-  const auto result = run({cage, "--view", "--eye", "0,0.5,4", "-o", path("out.obj"), "--json"});
+  const auto result = run({cage, "--view", "--eye", "0,0.5,4", "-o", out("out.obj"), "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.error;
   const auto json = nlohmann::json::parse(result.out);
   EXPECT_EQ(json["faces_by_depth"].size(), 9U);
@@ -66,15 +59,15 @@ TEST_F(SubdivideProgram, RefinesForAViewAndDrawsIt) {
   EXPECT_EQ(json["faces"], written.face_count());
   EXPECT_TRUE(check_polygons(written));
   const auto picture =
-      run({cage, "--eye", "0,0.5,4", "--picture-eye", "4,0,0", "--size", "320x240", "-o", path("a.png")});
+      run({cage, "--eye", "0,0.5,4", "--picture-eye", "4,0,0", "--size", "320x240", "-o", out("a.png")});
   EXPECT_EQ(picture.exit_code, 0) << picture.error;
-  EXPECT_GT(std::filesystem::file_size(path("a.png")), 5000U);
+  EXPECT_GT(std::filesystem::file_size(out("a.png")), 5000U);
 }
 
 // The side that faces the eye is found although the file winds its faces the other way.
 TEST_F(SubdivideProgram, InwardFacesAreRefinedOnTheSideThatIsSeen) {
   PolygonMesh mesh = polygon_mesh(make_sphere(20, 30));
-  const std::vector<std::string> view = {"--view", "--eye", "0,0,5", "--json", "-o", path("out.ply")};
+  const std::vector<std::string> view = {"--view", "--eye", "0,0,5", "--json", "-o", out("out.ply")};
   const auto faces = [&](const std::string& file) {
     std::vector<std::string> arguments = view;
     arguments.insert(arguments.begin(), file);
@@ -92,24 +85,24 @@ TEST_F(SubdivideProgram, InwardFacesAreRefinedOnTheSideThatIsSeen) {
 
 TEST_F(SubdivideProgram, SaysWhatIsWrongAndWritesNothing) {
   const std::string cage = write(make_cube(), "cage.obj");
-  const std::string out = path("out.obj");
+  const std::string file = out("out.obj");
   const auto expect = [&](const std::vector<std::string>& arguments, int code, const std::string& message) {
     const auto result = run(arguments);
     EXPECT_EQ(result.exit_code, code) << result.error;
     EXPECT_NE((result.error + result.out).find(message), std::string::npos) << result.error;
-    EXPECT_FALSE(std::filesystem::exists(out));
+    EXPECT_FALSE(std::filesystem::exists(file));
   };
-  expect({cage, "-o", out}, 2, "--depth N");
-  expect({cage, "--depth", "2", "--view", "-o", out}, 2, "--depth N");
-  expect({cage, "--depth", "two", "-o", out}, 2, "--depth");
-  expect({cage, "--depth", "2", "-o", path("out.xyz")}, 2, ".ply");
-  expect({cage, "--depth", "2", "-o", path("none/out.obj")}, 3, "make it first");
-  expect({path("none.obj"), "--depth", "2", "-o", out}, 3, "none.obj");
-  expect({cage, "--depth", "90", "-o", out}, 7, "greatest");
-  expect({cage, "--view", "--max-corners", "100", "-o", out}, 7, "limit");
-  expect({cage, "--view", "--eye", "1,2", "-o", out}, 2, "--eye");
-  folder_.write("empty.obj", "");
-  expect({path("empty.obj"), "--view", "-o", out}, 5, "empty");
+  expect({cage, "-o", file}, 2, "--depth N");
+  expect({cage, "--depth", "2", "--view", "-o", file}, 2, "--depth N");
+  expect({cage, "--depth", "two", "-o", file}, 2, "--depth");
+  expect({cage, "--depth", "2", "-o", out("out.xyz")}, 2, ".ply");
+  expect({cage, "--depth", "2", "-o", out("none/out.obj")}, 3, "make it first");
+  expect({out("none.obj"), "--depth", "2", "-o", file}, 3, "none.obj");
+  expect({cage, "--depth", "90", "-o", file}, 7, "greatest");
+  expect({cage, "--view", "--max-corners", "100", "-o", file}, 7, "limit");
+  expect({cage, "--view", "--eye", "1,2", "-o", file}, 2, "--eye");
+  folder.write("empty.obj", "");
+  expect({out("empty.obj"), "--view", "-o", file}, 5, "empty");
 }
 
 }  // namespace

@@ -10,12 +10,10 @@
 #include "client/collision/local_restoration.h"
 #include "client/collision/mesh_contacts.h"
 #include "client/collision/plane_contacts.h"
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "common/mesh/mesh_hash.h"
+#include "tests/support/cleaned_shared_mesh.h"
 #include "tests/support/mesh_generators.h"
 #include "tests/support/progressive_checks.h"
-#include "tests/support/shared_data.h"
 
 namespace fanstream {
 namespace {
@@ -352,11 +350,9 @@ INSTANTIATE_TEST_SUITE_P(Shapes, Collision, ::testing::Range<std::size_t>(0, sha
 class SharedMeshCollision : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(SharedMeshCollision, ContactsInTheFocusAreThoseOfTheFullModel) {
-  const auto path = testing::shared_mesh(GetParam());
-  if (path.empty()) GTEST_SKIP() << GetParam() << " is not there (../shared/data)";
-  auto imported = import_mesh(path);
-  ASSERT_TRUE(imported) << imported.error().message;
-  const Model model(build_and_open(clean_mesh(std::move(imported->mesh)).mesh, {}));
+  const auto mesh = testing::cleaned_shared_mesh(GetParam());
+  if (!mesh) GTEST_SKIP() << GetParam() << " is not there (../shared/data)";
+  const Model model(build_and_open(*mesh, {}));
   walk(model, 1, 8, true);
   walk(model, 1, 4, false);
 }

@@ -6,11 +6,9 @@
 
 #include "common/geometry/closest_point.h"
 #include "common/geometry/triangle_tree.h"
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "tests/support/asset_helpers.h"
+#include "tests/support/cleaned_shared_mesh.h"
 #include "tests/support/measured_levels.h"
-#include "tests/support/shared_data.h"
 
 namespace fanstream {
 namespace {
@@ -189,11 +187,9 @@ TEST_P(ErrorBound, HoldsInEveryPartlyRefinedMeshOfAllShapes) {
 TEST_P(ErrorBound, HoldsInPartlyRefinedMeshesOfRealModels) {
   for (const char* name : {"cow_2904v.off", "fandisk_13k.obj"}) {
     SCOPED_TRACE(name);
-    const auto path = testing::shared_mesh(name);
-    if (path.empty()) GTEST_SKIP() << "no shared data";
-    auto imported = import_mesh(path);
-    ASSERT_TRUE(imported) << imported.error().message;
-    expect_bounds_hold(AssetUnderTest(clean_mesh(std::move(imported->mesh)).mesh, options()), 4, 3);
+    const auto mesh = testing::cleaned_shared_mesh(name);
+    if (!mesh) GTEST_SKIP() << "no shared data";
+    expect_bounds_hold(AssetUnderTest(*mesh, options()), 4, 3);
   }
 }
 

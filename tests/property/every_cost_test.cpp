@@ -7,13 +7,11 @@
 #include <cctype>
 
 #include "common/geometry/mesh_distance.h"
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "tests/support/asset_helpers.h"
+#include "tests/support/cleaned_shared_mesh.h"
 #include "tests/support/measured_levels.h"
 #include "tests/support/mesh_generators.h"
 #include "tests/support/ring_views.h"
-#include "tests/support/shared_data.h"
 
 namespace fanstream {
 namespace {
@@ -57,13 +55,11 @@ TEST_P(EveryCost, RefinementAndCoarseningAreExactOnEveryShape) {
 }
 
 TEST_P(EveryCost, RefinementAndCoarseningAreExactOnARealModel) {
-  const auto path = testing::shared_mesh("cow_2904v.off");
-  if (path.empty()) GTEST_SKIP() << "no shared data";
-  auto imported = import_mesh(path);
-  ASSERT_TRUE(imported) << imported.error().message;
+  const auto mesh = testing::cleaned_shared_mesh("cow_2904v.off");
+  if (!mesh) GTEST_SKIP() << "no shared data";
   BuildOptions options;
   options.cost = cost();
-  expect_exact(clean_mesh(std::move(imported->mesh)).mesh, options);
+  expect_exact(*mesh, options);
 }
 
 TEST_P(EveryCost, BoundsHoldInEveryUniformAndMixedLevel) {

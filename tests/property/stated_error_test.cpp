@@ -10,11 +10,9 @@
 
 #include "client/session/view_model.h"
 #include "common/geometry/triangle_tree.h"
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "tests/support/asset_helpers.h"
+#include "tests/support/cleaned_shared_mesh.h"
 #include "tests/support/mesh_generators.h"
-#include "tests/support/shared_data.h"
 
 namespace fanstream {
 namespace {
@@ -203,16 +201,13 @@ TEST(StatedError, BoundsWhatIsSeenOfGeneratedModels) {
 class SharedMeshStatedError : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(SharedMeshStatedError, BoundsWhatIsSeen) {
-  const auto path = testing::shared_mesh(GetParam());
-  if (path.empty()) GTEST_SKIP() << GetParam() << " is not there (../shared/data)";
-  auto imported = import_mesh(path);
-  ASSERT_TRUE(imported) << imported.error().message;
-  const TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
+  const auto mesh = testing::cleaned_shared_mesh(GetParam());
+  if (!mesh) GTEST_SKIP() << GetParam() << " is not there (../shared/data)";
   BuildOptions options;
   options.position_bits = 12;
   options.segment_splits = 20.0;
   Figures figures;
-  ModelUnderTest(mesh, options, 5).expect_stated_errors_hold(kViews, figures);
+  ModelUnderTest(*mesh, options, 5).expect_stated_errors_hold(kViews, figures);
   report(GetParam(), figures);
 }
 

@@ -3,11 +3,9 @@
 
 #include <map>
 
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "tests/support/asset_helpers.h"
+#include "tests/support/cleaned_shared_mesh.h"
 #include "tests/support/ring_views.h"
-#include "tests/support/shared_data.h"
 
 namespace fanstream {
 namespace {
@@ -222,16 +220,13 @@ INSTANTIATE_TEST_SUITE_P(Shapes, Streaming, ::testing::Range<std::size_t>(0, sha
 class SharedMeshStreaming : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(SharedMeshStreaming, ComesBackFaceForFaceInAnyOrder) {
-  const auto path = testing::shared_mesh(GetParam());
-  if (path.empty()) GTEST_SKIP() << GetParam() << " is not there (../shared/data)";
-  auto imported = import_mesh(path);
-  ASSERT_TRUE(imported) << imported.error().message;
-  const TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
+  const auto mesh = testing::cleaned_shared_mesh(GetParam());
+  if (!mesh) GTEST_SKIP() << GetParam() << " is not there (../shared/data)";
   BuildOptions options;
   options.position_bits = 12;
-  const OpenAsset asset = build_and_open(mesh, options);
+  const OpenAsset asset = build_and_open(*mesh, options);
   ASSERT_TRUE(asset.head);
-  const auto expected = face_keys(on_grid(mesh, asset.head->grid));
+  const auto expected = face_keys(on_grid(*mesh, asset.head->grid));
   const auto whole = fully_refined(asset);
   ASSERT_TRUE(face_keys(whole->triangle_mesh()) == expected);
   const StateImage full = image_of(*whole);

@@ -5,14 +5,12 @@
 #include <map>
 #include <set>
 
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "common/mesh/mesh_hash.h"
+#include "tests/support/cleaned_shared_mesh.h"
 #include "tests/support/closed_sets.h"
 #include "tests/support/exact_bytes.h"
 #include "tests/support/mesh_generators.h"
 #include "tests/support/progressive_checks.h"
-#include "tests/support/shared_data.h"
 
 namespace fanstream {
 namespace {
@@ -327,15 +325,12 @@ INSTANTIATE_TEST_SUITE_P(Shapes, ViewDependent,
 class SharedMeshViewDependent : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(SharedMeshViewDependent, AnyRouteGivesOneMesh) {
-  const auto path = testing::shared_mesh(GetParam());
-  if (path.empty()) GTEST_SKIP() << GetParam() << " is not there (../shared/data)";
-  auto imported = import_mesh(path);
-  ASSERT_TRUE(imported) << imported.error().message;
-  const TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
+  const auto mesh = testing::cleaned_shared_mesh(GetParam());
+  if (!mesh) GTEST_SKIP() << GetParam() << " is not there (../shared/data)";
   BuildOptions options;
   options.position_bits = 12;
   options.segment_splits = 20.0;
-  expect_any_route_gives_one_mesh(build_and_open(mesh, options), 2, 24, 6);
+  expect_any_route_gives_one_mesh(build_and_open(*mesh, options), 2, 24, 6);
 }
 
 INSTANTIATE_TEST_SUITE_P(Real, SharedMeshViewDependent,

@@ -2,11 +2,9 @@
 
 #include <stdexcept>
 
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "common/mesh/mesh_hash.h"
 #include "server/build/asset_builder.h"
-#include "tests/support/shared_data.h"
+#include "tests/support/cleaned_shared_mesh.h"
 
 namespace fanstream::testing {
 
@@ -20,13 +18,10 @@ std::shared_ptr<const AssetFile> build_model(const TriangleMesh& mesh, const Bui
 
 const BuiltBunny* built_bunny() {
   static const std::unique_ptr<const BuiltBunny> bunny = []() -> std::unique_ptr<const BuiltBunny> {
-    const std::filesystem::path path = shared_mesh("stanford_bunny_zipper.ply");
-    if (path.empty()) return nullptr;
-    auto imported = import_mesh(path);
-    if (!imported) throw std::runtime_error(imported.error().message);
-    TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
-    auto asset = build_model(mesh);
-    return std::make_unique<const BuiltBunny>(BuiltBunny{std::move(mesh), std::move(asset)});
+    std::optional<TriangleMesh> mesh = cleaned_shared_mesh("stanford_bunny_zipper.ply");
+    if (!mesh) return nullptr;
+    auto asset = build_model(*mesh);
+    return std::make_unique<const BuiltBunny>(BuiltBunny{std::move(*mesh), std::move(asset)});
   }();
   return bunny.get();
 }

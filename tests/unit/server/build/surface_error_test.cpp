@@ -9,12 +9,10 @@
 
 #include "common/geometry/closest_point.h"
 #include "common/geometry/mesh_distance.h"
-#include "common/import/mesh_cleaner.h"
-#include "common/import/mesh_import.h"
 #include "tests/support/asset_helpers.h"
+#include "tests/support/cleaned_shared_mesh.h"
 #include "tests/support/measured_levels.h"
 #include "tests/support/mesh_generators.h"
-#include "tests/support/shared_data.h"
 
 namespace fanstream {
 namespace {
@@ -160,12 +158,9 @@ TEST(SurfaceError, MergesOfOnePatchShareItsError) {
 class SurfaceErrorOfModel : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(SurfaceErrorOfModel, UniformLevelsAreBoundedAndTheBoundsAreTight) {
-  const auto path = testing::shared_mesh(GetParam());
-  if (path.empty()) GTEST_SKIP() << "no shared data";
-  auto imported = import_mesh(path);
-  ASSERT_TRUE(imported) << imported.error().message;
-  const TriangleMesh mesh = clean_mesh(std::move(imported->mesh)).mesh;
-  const MeasuredModel model(mesh, PositionGrid::default_bits(mesh), 100);
+  const auto mesh = testing::cleaned_shared_mesh(GetParam());
+  if (!mesh) GTEST_SKIP() << "no shared data";
+  const MeasuredModel model(*mesh, PositionGrid::default_bits(*mesh), 100);
   const TriangleMesh full = model.full();
   for (std::uint32_t k = 1; k <= model.history.generation_count(); k += 3) {
     const MixedMesh level = uniform_level(model, k);
