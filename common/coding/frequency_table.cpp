@@ -46,7 +46,9 @@ void FrequencyTable::set_starts(std::span<const std::uint32_t> frequencies) {
   for (std::size_t i = 0; i < frequencies.size(); ++i) {
     const std::uint32_t first = (start_[i] + kBlock - 1) >> kBlockBits;
     const std::uint32_t last = (start_[i + 1] + kBlock - 1) >> kBlockBits;
-    std::fill(first_of_block_.begin() + first, first_of_block_.begin() + last, static_cast<std::uint8_t>(i));
+    std::fill(first_symbol_.begin() + first, first_symbol_.begin() + last, static_cast<std::uint8_t>(i));
+    std::fill(first_range_.begin() + first, first_range_.begin() + last,
+              std::uint32_t{start_[i]} | frequencies[i] << 16U);
   }
 }
 

@@ -28,11 +28,24 @@ class FrequencyTable {
     return static_cast<std::uint16_t>(start_[static_cast<std::size_t>(symbol) + 1] -
                                       start_[static_cast<std::size_t>(symbol)]);
   }
-  // The symbol whose range holds `slot` < kTotal.
-  int find(std::uint32_t slot) const {
-    std::size_t found = first_of_block_[slot >> kBlockBits];
-    while (start_[found + 1] <= slot) ++found;
-    return static_cast<int>(found);
+  // The symbol whose range holds `slot` < kTotal. Its start and frequency mostly come with what is looked up first,
+  // since a decoder waits for them.
+  struct Found {
+    int symbol;
+    std::uint32_t start;
+    std::uint32_t frequency;
+  };
+  Found find(std::uint32_t slot) const {
+    const std::uint32_t block = slot >> kBlockBits;
+    const std::uint32_t range = first_range_[block];
+    const std::uint32_t start = range & 0xFFFFU;
+    const std::uint32_t frequency = range >> 16U;
+    std::size_t symbol = first_symbol_[block];
+    if (slot - start < frequency) [[likely]]
+      return {static_cast<int>(symbol), start, frequency};
+    do ++symbol;
+    while (start_[symbol + 1] <= slot);
+    return {static_cast<int>(symbol), start_[symbol], static_cast<std::uint32_t>(start_[symbol + 1]) - start_[symbol]};
   }
   // Bits that coding `symbol` costs.
   double cost_bits(int symbol) const;
@@ -40,10 +53,13 @@ class FrequencyTable {
  private:
   void set_starts(std::span<const std::uint32_t> frequencies);
 
-  static constexpr int kBlockBits = 8;
+  static constexpr int kBlockBits = 9;
+  static constexpr std::size_t kBlocks = kTotal >> kBlockBits;
 
+  // Of the symbol at each block's first slot: where it starts, with its frequency above; and which it is.
+  alignas(64) std::array<std::uint32_t, kBlocks> first_range_{};
+  std::array<std::uint8_t, kBlocks> first_symbol_{};
   std::array<std::uint16_t, kMaxSymbols + 1> start_{};
-  std::array<std::uint8_t, (kTotal >> kBlockBits)> first_of_block_{};  // the symbol at each block's first slot
   int symbols_ = 0;
 };
 

@@ -20,13 +20,20 @@ std::vector<std::vector<std::byte>> RansEncoder::finish_segments() {
   };
   for (std::size_t i = steps_.size(); i-- > 0;) {
     for (; segment > 0 && i < cuts_[segment - 1]; --segment) close();
-    const std::uint32_t frequency = steps_[i].frequency;
-    // frequency << 17 may not fit in 32 bits only for a certain symbol, which never needs room.
-    if (static_cast<std::uint64_t>(state) >= static_cast<std::uint64_t>(frequency) << 17U) {
+    const Step& step = steps_[i];
+    // What must be left free above: frequency << 17 may not fit in 32 bits only for a certain symbol, which never needs
+    // room.
+    const std::uint64_t most = step.raw_bits != 0 ? std::uint64_t{1} << (32U - step.raw_bits)
+                                                  : static_cast<std::uint64_t>(step.frequency) << 17U;
+    if (state >= most) {
       words.push_back(static_cast<std::uint16_t>(state));
       state >>= 16U;
     }
-    state = ((state / frequency) << FrequencyTable::kBits) + state % frequency + steps_[i].start;
+    if (step.raw_bits != 0) {
+      state = state << step.raw_bits | step.start;
+    } else {
+      state = ((state / step.frequency) << FrequencyTable::kBits) + state % step.frequency + step.start;
+    }
   }
   for (; state != 0; state >>= 16U) words.push_back(static_cast<std::uint16_t>(state));  // before the first symbol
   close();
@@ -36,7 +43,7 @@ std::vector<std::vector<std::byte>> RansEncoder::finish_segments() {
 }
 
 void RansDecoder::append(std::span<const std::byte> bytes, bool ends) {
-  bytes_ = bytes.data();
+  bytes_ = bytes.size() >= 2 ? bytes.data() : kNothing.data();
   position_ = 0;
   size_ = bytes.size();
   ends_ = ends;

@@ -22,15 +22,12 @@ class RansEncoder {
  public:
   static constexpr bool kDecodes = false;
   int symbol(const FrequencyTable& table, int value) {
-    steps_.push_back({table.start(value), table.frequency(value)});
+    steps_.push_back({table.start(value), table.frequency(value), 0});
     return value;
   }
   // `count` raw bits, 0..15.
   unsigned bits(int count, unsigned value) {
-    if (count != 0) {
-      steps_.push_back({static_cast<std::uint16_t>(value << (FrequencyTable::kBits - count)),
-                        static_cast<std::uint16_t>(1U << (FrequencyTable::kBits - count))});
-    }
+    if (count != 0) steps_.push_back({static_cast<std::uint16_t>(value), 0, static_cast<std::uint16_t>(count)});
     return value;
   }
   // What comes from here on belongs to the next segment. A decoder that has used up the segments before needs no more
@@ -44,8 +41,9 @@ class RansEncoder {
 
  private:
   struct Step {
-    std::uint16_t start;
-    std::uint16_t frequency;
+    std::uint16_t start;      // or the value of raw bits
+    std::uint16_t frequency;  // of a symbol
+    std::uint16_t raw_bits;   // or 0
   };
   std::vector<Step> steps_;
   std::vector<std::size_t> cuts_;
@@ -70,7 +68,7 @@ class RansDecoder {
   };
   Mark mark() const { return {state_, static_cast<std::uint32_t>(position_), begun_}; }
   RansDecoder(const Mark& mark, std::span<const std::byte> bytes, bool ends)
-      : bytes_(bytes.data()),
+      : bytes_(bytes.size() >= 2 ? bytes.data() : kNothing.data()),
         position_(mark.position),
         size_(bytes.size()),
         state_(mark.state),
@@ -79,15 +77,15 @@ class RansDecoder {
 
   [[gnu::always_inline]] int symbol(const FrequencyTable& table, int /*value*/) {
     const std::uint32_t slot = state_ & (FrequencyTable::kTotal - 1);
-    const int found = table.find(slot);
-    consume(slot, table.start(found), table.frequency(found));
-    return found;
+    const FrequencyTable::Found found = table.find(slot);
+    state_ = found.frequency * (state_ >> FrequencyTable::kBits) + (slot - found.start);
+    take_word();
+    return found.symbol;
   }
   [[gnu::always_inline]] unsigned bits(int count, unsigned /*value*/) {
-    const std::uint32_t slot = state_ & (FrequencyTable::kTotal - 1);
-    const int shift = FrequencyTable::kBits - count;
-    const std::uint32_t value = slot >> shift;
-    consume(slot, value << shift, 1U << shift);
+    const std::uint32_t value = state_ & ((1U << count) - 1U);
+    state_ >>= count;
+    take_word();
     return value;
   }
   // True if all bytes were used and, as far as this can be told before the stream's end, none was missing.
@@ -104,18 +102,32 @@ class RansDecoder {
  private:
   static constexpr std::array<std::byte, 2> kNothing{};
 
-  // Every seventh step or so takes a word, nobody can tell which: so none branches on it.
-  [[gnu::always_inline]] void consume(std::uint32_t slot, std::uint32_t start, std::uint32_t frequency) {
-    const std::uint32_t state = frequency * (state_ >> FrequencyTable::kBits) + slot - start;
+  // Every seventh step or so takes a word, nobody can tell which: so none branches on it. Everything but the state is
+  // there early, and the state has little left to go through.
+  [[gnu::always_inline]] void take_word() {
     const bool any = position_ < size_;
-    const std::byte* from = any ? bytes_ + position_ : kNothing.data();
+    const std::byte* from = bytes_ + (position_ & (std::size_t{0} - static_cast<std::size_t>(any)));
     const std::uint32_t word = std::to_integer<std::uint32_t>(from[0]) | std::to_integer<std::uint32_t>(from[1]) << 8U;
-    const bool takes = any & (state < kLeast);
-    state_ = takes ? state << 16U | word : state;
-    position_ += takes ? 2 : 0;
+    const std::uint32_t limit = kLeast & (0U - static_cast<std::uint32_t>(any));
+    position_ += static_cast<std::size_t>(state_ < limit) << 1U;
+    state_ = chosen_below(state_, limit, state_ << 16U | word);
+  }
+  // `state`, but `other` where it is below the limit.
+  [[gnu::always_inline]] static std::uint32_t chosen_below(std::uint32_t state, std::uint32_t limit,
+                                                           std::uint32_t other) {
+#if defined(__x86_64__) && defined(__GNUC__)
+    // The compiler makes a branch of it, whatever it is told of the odds.
+    __asm__("cmpl %[limit], %[state]\n\tcmovbl %[other], %[state]"
+            : [state] "+r"(state)
+            : [limit] "r"(limit), [other] "r"(other)
+            : "cc");
+    return state;
+#else
+    return state < limit ? other : state;
+#endif
   }
 
-  const std::byte* bytes_ = nullptr;
+  const std::byte* bytes_ = kNothing.data();  // two can be read, whatever the size
   std::size_t position_ = 0;
   std::size_t size_ = 0;  // even
   std::uint32_t state_ = 0;

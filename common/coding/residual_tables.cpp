@@ -48,20 +48,11 @@ const ResidualTables& ResidualTables::instance() {
 ResidualTables::ResidualTables() {
   for (int step = 0; step < kSmall; ++step) {
     const double spread = std::ldexp(kQuarterOctaves[static_cast<std::size_t>(step % kSteps)], kLowest + step / kSteps);
-    small_.push_back(make_table(spread, 0.125));
-    small_.push_back(make_table(spread, 0.375));
+    tables_[static_cast<std::size_t>(2 * step)] = make_table(spread, 0.125);
+    tables_[static_cast<std::size_t>(2 * step + 1)] = make_table(spread, 0.375);
   }
-  for (int step = 0; step < kSteps; ++step)
-    large_.push_back(make_table(2.0 * kQuarterOctaves[static_cast<std::size_t>(step)], 0.0));
-  for (int step = 0; step < kChoices; ++step) {
-    Choice& choice = choices_[static_cast<std::size_t>(step)];
-    if (step < kSmall) {
-      const FrequencyTable* near = &small_[static_cast<std::size_t>(2 * step)];
-      choice = {{near, near + 1}, 0};
-    } else {
-      const FrequencyTable* table = &large_[static_cast<std::size_t>(step % kSteps)];
-      choice = {{table, table}, (step - kSmall) / kSteps + 1};
-    }
+  for (std::size_t step = 0; step < kSteps; ++step) {
+    tables_[std::size_t{2} * kSmall + step] = make_table(2.0 * kQuarterOctaves[step], 0.0);
   }
 }
 

@@ -1,6 +1,7 @@
 // What coder and decoder both see of a root before it is split: its ring in space.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -16,8 +17,8 @@ namespace fanstream {
 struct FanWalk {
   static constexpr std::uint32_t kEntries = 16;
   std::uint32_t size = 0;  // of the fan
-  alignas(16) std::array<VertexId, kEntries> ids;
-  alignas(16) std::array<LinkedFans::CornerId, kEntries> corners;
+  alignas(32) std::array<VertexId, kEntries> ids;
+  alignas(32) std::array<LinkedFans::CornerId, kEntries> corners;
 
   void go_around(const LinkedFans& fans, VertexId v) {
     size = fans.ring_size(v);
@@ -59,42 +60,50 @@ struct FanWalk {
   }
 };
 
-// All lengths are in grid steps, in single precision with plain IEEE operations only, so that
-// every machine computes the same bits. Reused from split to split to avoid allocation; not thread safe.
+// All lengths are in grid steps, in single precision with plain IEEE operations only, so that every machine computes
+// the same bits. The numbers are kept component by component, in blocks of eight that ring_kernels.h works on. Reused
+// from split to split to avoid allocation; not thread safe.
 class RingGeometry {
  public:
-  // In three steps, so that several rings can be worked on side by side. First the ring of `root`, of at least 3.
+  // In two steps, so that several rings can be worked on side by side. First the ring of `root`, of at least 3.
   // Position 0 is where the fan starts (LinkedFans::corner), which its own splits alone determine.
   void load(const LinkedFans& fans, VertexId root);
-  void load(const LinkedFans& fans, VertexId root, const FanWalk& walk);  // which has gone around the root
-  // Then where it lies. `unit` is the size of one code step of each axis, 0 in the fourth lane.
-  void place(std::span<const FanVertex> vertices, Float4 unit);
-  // Then its shape.
-  void measure();
+  void load(const LinkedFans& fans, VertexId root, const FanWalk& walk) {  // which has gone around the root
+    size_ = walk.size;
+    root_ = root;
+    if (size_ > kShort) [[unlikely]]
+      return load_long(fans);
+    std::copy_n(walk.ids.data(), 8, short_.ids.data());
+    std::copy_n(walk.corners.data(), 8, short_.corners.data());
+    if (size_ <= 8) return;
+    std::copy_n(walk.ids.data() + 8, 8, short_.ids.data() + 8);
+    std::copy_n(walk.corners.data() + 8, 8, short_.corners.data() + 8);
+  }
+  // Then where it lies, and its shape. `unit` is the size of one code step of each axis, 0 in the fourth lane.
+  void measure(std::span<const FanVertex> vertices, Float4 unit);
   void assign(const LinkedFans& fans, VertexId root, std::span<const FanVertex> vertices, Float4 unit) {
     load(fans, root);
-    place(vertices, unit);
-    measure();
+    measure(vertices, unit);
   }
 
+  VertexId root() const { return root_; }
   std::uint32_t size() const { return size_; }
   bool is_open() const { return gap_ < size_; }
   std::uint32_t gap() const { return gap_; }  // position of kOutside, or size()
-  VertexId id(std::uint32_t i) const { return ids_[i]; }
+  VertexId id(std::uint32_t i) const { return ids()[i]; }
   // The fan's corner that spells a position, and that before it.
-  LinkedFans::CornerId corner(std::uint32_t i) const { return corners_[i]; }
-  LinkedFans::CornerId corner_before(std::uint32_t i) const { return corners_[i + size_ - 1]; }
-  // From the root; zero at the gap. Positions run on to 2 * size() - 1, twice around.
-  Float4 spoke(std::uint32_t i) const { return spokes_[i]; }
-  Float4 spoke_sum(std::uint32_t i) const { return spoke_sums_[i]; }  // of the first i, twice around
-  Float4 normal() const { return normal_; }                           // unit length
-  float mean_square() const { return mean_square_; }                  // of the spokes' lengths
-  float bend_square() const {
-    return bend_square_;
-  }  // mean square of the ring's distances from the root's tangent plane
-  std::uint32_t wrap(std::uint32_t i) const {
+  LinkedFans::CornerId corner(std::uint32_t i) const { return corners()[i]; }
+  LinkedFans::CornerId corner_before(std::uint32_t i) const {
+    return corners()[i + (size_ & (0U - static_cast<std::uint32_t>(i == 0))) - 1];
+  }
+  // From the root; zero at the gap.
+  Float4 spoke(std::uint32_t i) const { return Float4{xs()[i], ys()[i], zs()[i], 0.0F}; }
+  Float4 normal() const { return normal_; }           // unit length
+  float mean_square() const { return mean_square_; }  // of the spokes' lengths
+  float bend_square() const { return bend_square_; }  // mean square of distances from the root's tangent plane
+  std::uint32_t wrap(std::uint32_t i) const {         // of positions below 2 * size()
     return i - (size_ & (0U - static_cast<std::uint32_t>(i >= size_)));
-  }                                                                  // of positions below 2 * size()
+  }
   std::uint32_t steps(std::uint32_t from, std::uint32_t to) const {  // without a branch, which would be a coin toss
     return to - from + (size_ & (0U - static_cast<std::uint32_t>(to < from)));
   }
@@ -104,42 +113,59 @@ class RingGeometry {
   std::uint32_t first_of_rank(std::uint32_t length, std::uint32_t rank) const;
   std::uint32_t rank_of_first(std::uint32_t length, std::uint32_t first) const;
 
- private:
-  // Rings are worked on by blocks of four entries: two or four blocks, which the compiler unrolls, or as many as it
-  // takes (0).
-  template <std::uint32_t blocks>
-  void lay_out(const FanWalk& walk);
-  void lay_out_long(const LinkedFans& fans);
-  void note(std::uint32_t at, Uint4 ids, Uint4& gap);
-  void set_gap(Uint4 noted);
-  template <std::uint32_t blocks>
-  void place_blocks(std::span<const FanVertex> vertices, Float4 unit);
-  template <std::uint32_t blocks>
-  void measure_blocks();
-  template <std::uint32_t blocks>
-  std::uint32_t nth_reach(std::uint32_t length, std::uint32_t rank) const;
-  template <std::uint32_t blocks>
-  std::uint32_t block_count() const {
-    return blocks != 0 ? blocks : (size_ + 3) / 4;
+  // --- For the kernels ---
+
+  static constexpr std::uint32_t kShort = 16;  // of longer rings the numbers are kept elsewhere
+  std::uint32_t block_count() const { return (size_ + 7) / 8; }
+  // By position. Of what lies beyond the ring's end, up to that of a block, spokes are zero and nobody is split; ids
+  // are of any vertex, or kOutside.
+  const VertexId* ids() const { return is_short() ? short_.ids.data() : long_ids_.data(); }
+  const LinkedFans::CornerId* corners() const { return is_short() ? short_.corners.data() : ids() + stride(); }
+  const float* xs() const { return is_short() ? short_.x.data() : long_numbers_.data(); }
+  const float* ys() const { return is_short() ? short_.y.data() : xs() + stride(); }
+  const float* zs() const { return is_short() ? short_.z.data() : xs() + 2 * stride(); }
+  // The sums of the first i squared lengths of spokes, twice around.
+  const float* square_sums() const { return is_short() ? short_.square_sums.data() : xs() + 3 * stride(); }
+  // The generations in which the ring's vertices are split next.
+  const std::uint32_t* nexts() const { return is_short() ? short_.nexts.data() : ids() + 2 * stride(); }
+  struct Places {
+    float *x, *y, *z, *square_sums;
+    std::uint32_t* nexts;
+  };
+  Places places() {
+    return {const_cast<float*>(xs()), const_cast<float*>(ys()), const_cast<float*>(zs()),
+            const_cast<float*>(square_sums()), const_cast<std::uint32_t*>(nexts())};
   }
-  Float4 reach_block(std::uint32_t length, std::uint32_t at) const;
-  void reaches(std::uint32_t length) const;
-  void grow(std::size_t size);
+  void set_gap(std::uint32_t gap) { gap_ = gap; }
+  void set_measures(Float4 normal, float mean_square, float bend_square) {
+    normal_ = normal;
+    mean_square_ = mean_square;
+    bend_square_ = bend_square;
+  }
+
+ private:
+  // Written by whole blocks, the sums twice around and a block further.
+  struct Short {
+    alignas(32) std::array<VertexId, kShort> ids;
+    alignas(32) std::array<LinkedFans::CornerId, kShort> corners;
+    alignas(32) std::array<std::uint32_t, kShort> nexts;
+    alignas(32) std::array<float, kShort> x, y, z;
+    alignas(32) std::array<float, 2 * kShort + 16> square_sums;
+  };
+
+  bool is_short() const { return size_ <= kShort; }
+  std::size_t stride() const { return std::size_t{8} * block_count(); }
+  void load_long(const LinkedFans& fans);
 
   std::uint32_t size_ = 0;
   std::uint32_t gap_ = 0;
   VertexId root_ = 0;
   float mean_square_ = 0.0F;
   float bend_square_ = 0.0F;
-  Float4 normal_{};  // before measure(): not yet of unit length
-  std::size_t capacity_ = 0;
-  std::vector<LinkedFans::CornerId> corners_;  // twice around
-  std::vector<VertexId> ids_;
-  std::vector<VertexId> neighbours_;    // the root itself at the gap and past the end
-  std::vector<Float4> spokes_;          // twice around
-  std::vector<Float4> spoke_sums_;      // of the first i spokes, twice around
-  std::vector<float> square_sums_;      // of the first i spokes' squared lengths, twice around
-  mutable std::vector<float> reaches_;  // scratch
+  Float4 normal_{};
+  Short short_;
+  std::vector<std::uint32_t> long_ids_;  // ids, corners, nexts
+  std::vector<float> long_numbers_;      // x, y, z, square sums
 };
 
 }  // namespace fanstream

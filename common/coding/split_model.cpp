@@ -180,10 +180,18 @@ const SymbolTables& built_in_tables() {
 
 SplitModel::SplitModel(const SplitStatistics& statistics) {
   const SplitStatistics& built_in = SplitStatistics::built_in();
-  for (std::size_t t = 0; t < symbols.size(); ++t) {
-    const bool as_built_in = !statistics.has_free_parents && statistics.symbols[t] == built_in.symbols[t];
-    symbols[t] = as_built_in ? built_in_tables()[t] : symbol_table(statistics, t);
+  const auto as_built_in = [&](std::size_t t) {
+    return !statistics.has_free_parents && statistics.symbols[t] == built_in.symbols[t];
+  };
+  for (std::size_t t = 0; t < tables_.size(); ++t) {
+    if (as_built_in(t)) {
+      tables_[t] = &built_in_tables()[t];
+    } else {
+      own_.push_back(t);
+    }
   }
+  own_tables_.reserve(own_.size());
+  for (const std::size_t t : own_) tables_[t] = &own_tables_.emplace_back(symbol_table(statistics, t));
   for (std::size_t c = 0; c < weights.size(); ++c) {
     for (std::size_t f = 0; f < weights[c].size(); ++f)
       weights[c][f] = static_cast<float>(statistics.weights[c][f]) / 64.0F;
@@ -192,6 +200,7 @@ SplitModel::SplitModel(const SplitStatistics& statistics) {
     const float spread = power_of_eighths(statistics.spreads[i]);
     variances[i] = spread * spread;
   }
+  scales[1] = variances[SpreadContexts::kMiddleShift];
   has_free_parents = statistics.has_free_parents;
   for (std::size_t f = 0; f < shift_weights.size(); ++f) {
     shift_weights[f] = static_cast<float>(statistics.free_parent.weights[f]) / 64.0F;
@@ -200,6 +209,16 @@ SplitModel::SplitModel(const SplitStatistics& statistics) {
     const float spread = power_of_eighths(statistics.free_parent.spreads[i]);
     shift_variances[i] = spread * spread;
   }
+}
+
+std::size_t SplitModel::index_of(const FrequencyTable& table) const {
+  const auto place_in = [&table](const FrequencyTable* tables) {
+    return (reinterpret_cast<std::uintptr_t>(&table) - reinterpret_cast<std::uintptr_t>(tables)) / sizeof(table);
+  };
+  const std::size_t built_in = place_in(built_in_tables().data());
+  if (built_in < SymbolContexts::kTables) return built_in;
+  const std::size_t own = place_in(own_tables_.data());
+  return own < own_.size() ? own_[own] : static_cast<std::size_t>(SymbolContexts::kTables);
 }
 
 }  // namespace fanstream

@@ -121,10 +121,14 @@ std::uint8_t coded_share(double count, double sum);
 FrequencyTable table_of(std::span<const std::uint8_t> coded_shares);
 
 // Ready to code with. Immutable once made; thread safe to read.
-struct SplitModel {
-  std::array<FrequencyTable, SymbolContexts::kTables> symbols;
+class SplitModel {
+ public:
+  const FrequencyTable& table(std::size_t index) const { return *tables_[index]; }
+  // The inverse; SymbolContexts::kTables if it is none of these.
+  std::size_t index_of(const FrequencyTable& table) const;
   std::array<std::array<float, PredictionContexts::kFeatures>, PredictionContexts::kClasses> weights{};
   std::array<float, SpreadContexts::kSpreads> variances{};  // squared spreads in grid steps; the middle's as a factor
+  std::array<float, 2> scales{1.0F, 1.0F};  // of variances, by whether the displacement itself is predicted
   bool has_free_parents = false;
   std::array<float, PredictionContexts::kFeatures> shift_weights{};
   std::array<float, 3> shift_variances{};  // shares
@@ -132,6 +136,13 @@ struct SplitModel {
   const ResidualTables& residuals = ResidualTables::instance();
 
   explicit SplitModel(const SplitStatistics& statistics = SplitStatistics::built_in());
+  SplitModel(const SplitModel&) = delete;
+  SplitModel& operator=(const SplitModel&) = delete;
+
+ private:
+  std::array<const FrequencyTable*, SymbolContexts::kTables> tables_;  // its own, or the built-in statistics'
+  std::vector<FrequencyTable> own_tables_;
+  std::vector<std::size_t> own_;  // their numbers
 };
 
 }  // namespace fanstream

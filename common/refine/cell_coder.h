@@ -38,6 +38,7 @@ struct CellCoding {
   const SplitModel& model;
   const PositionGrid& grid;
   AxisUnits units;
+  const RingKernels& kernels = RingKernels::best();
   std::uint32_t last_generation;  // of the asset
   std::array<SplitInProgress, kBatch> batch;
   std::vector<Root> roots;  // the first root_count: those of one generation of a cell behind those of another
@@ -77,19 +78,32 @@ inline void go_around_roots(const FanState& state, CellCoding& coding, std::size
   for (; i < coding.root_count; ++i) coding.roots[i].walk.go_around(state.fans, coding.roots[i].vertex);
 }
 
+// Whether a vertex around a root of a generation, which has been gone around, still has to be split in a coarser one.
+// Without branches on what is found, nor on the size of common fans.
+inline bool lags(const FanState& state, std::uint32_t generation, const CellCoding::Root& root) {
+  std::uint32_t below = 0;
+  const FanVertex* const vertices = state.vertices.data();
+  const auto look = [&](VertexId w) { below |= vertices[w == kOutside ? root.vertex : w].context.next - generation; };
+  const FanWalk& walk = root.walk;
+  if (walk.size > FanWalk::kEntries) [[unlikely]] {
+    state.fans.for_each_neighbour(root.vertex, look);
+  } else {
+    for (std::size_t k = 0; k < 8; ++k) look(walk.ids[k]);
+    for (std::size_t k = 8; k < walk.size; ++k) look(walk.ids[k]);
+  }
+  return static_cast<std::int32_t>(below) < 0;
+}
+
 // Returns kOutside if a root of a generation, which has been gone around, has all its neighbours as the encoder saw
 // them, and so it stays until it is split; else a vertex, of another cell, that still has to be split in a coarser
 // generation.
 inline VertexId find_lagging(const FanState& state, std::uint32_t generation, const CellCoding::Root& root) {
   VertexId lagging = kOutside;
-  const auto look = [&](VertexId w) {
-    if (w != kOutside && state.vertices[w].context.next < generation) lagging = w;
-  };
-  if (root.walk.size > FanWalk::kEntries) {
-    state.fans.for_each_neighbour(root.vertex, look);
-  } else {
-    for (std::size_t k = 0; k < root.walk.size; ++k) look(root.walk.ids[k]);
-  }
+  if (!lags(state, generation, root)) [[likely]]
+    return lagging;
+  state.fans.for_each_neighbour(root.vertex, [&](VertexId w) {
+    if (state.vertices[w].context.next < generation) lagging = w;
+  });
   return lagging;
 }
 
@@ -128,10 +142,9 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
     }
     batch[i].split.root = v;
   }
-  for (SplitInProgress& s : batch) s.ring.place(state.vertices, coding.units.size);
-  for (SplitInProgress& s : batch) s.ring.measure();
+  coding.kernels.measure(batch, state.vertices.data(), coding.units.size);
   for (SplitInProgress& s : batch) source.describe(s);
-  code_splits(coder, coding.model, coding.units, state.vertices, {generation, coding.last_generation}, batch);
+  code_splits(coder, coding.model, coding.units, {generation, coding.last_generation}, batch, coding.kernels);
   for (SplitInProgress& s : batch) {
     const VertexId v = s.split.root;
     const SplitPlaces places =

@@ -11,12 +11,10 @@ namespace fanstream {
 class CountingCoder {
  public:
   static constexpr bool kDecodes = false;
-  explicit CountingCoder(const SplitModel& model) : model_(model), counts_(model.symbols.size()) {}
+  explicit CountingCoder(const SplitModel& model) : model_(model), counts_(SymbolContexts::kTables) {}
   int symbol(const FrequencyTable& table, int value) {
-    const std::ptrdiff_t index = &table - model_.symbols.data();
-    if (index >= 0 && index < static_cast<std::ptrdiff_t>(counts_.size())) {
-      counts_[static_cast<std::size_t>(index)][static_cast<std::size_t>(value)] += 1.0;
-    }
+    const std::size_t index = model_.index_of(table);
+    if (index < counts_.size()) counts_[index][static_cast<std::size_t>(value)] += 1.0;
     return value;
   }
   unsigned bits(int /*count*/, unsigned value) { return value; }

@@ -18,7 +18,12 @@ void expect_partition(const FrequencyTable& table) {
     ASSERT_EQ(table.start(s), start);
     ASSERT_GE(table.frequency(s), 2);
     const std::uint32_t end = start + table.frequency(s);
-    for (std::uint32_t slot = start; slot < end; ++slot) ASSERT_EQ(table.find(slot), s) << "slot " << slot;
+    for (std::uint32_t slot = start; slot < end; ++slot) {
+      const FrequencyTable::Found found = table.find(slot);
+      ASSERT_EQ(found.symbol, s) << "slot " << slot;
+      ASSERT_EQ(found.start, start) << "slot " << slot;
+      ASSERT_EQ(found.frequency, end - start) << "slot " << slot;
+    }
     start = end;
   }
   ASSERT_EQ(start, kTotal);

@@ -36,7 +36,7 @@ inline Message random_message(SeededRandom& random, std::size_t length, std::uin
       message.steps.push_back({-1, bits, random.below(std::size_t{1} << bits)});
     } else {
       const int t = static_cast<int>(random.below(message.tables.size()));
-      const int symbol = message.tables[static_cast<std::size_t>(t)].find(random.below(FrequencyTable::kTotal));
+      const int symbol = message.tables[static_cast<std::size_t>(t)].find(random.below(FrequencyTable::kTotal)).symbol;
       message.steps.push_back({t, 0, static_cast<unsigned>(symbol)});
     }
   }

@@ -39,6 +39,10 @@ struct Surroundings {
   std::uint8_t any_generation(SeededRandom& random, std::uint32_t first) const {
     return first > time.last ? kNeverSplit : static_cast<std::uint8_t>(first + random.below(time.last - first + 1));
   }
+  std::vector<FanVertex> with_next_splits(std::vector<FanVertex> placed) const {
+    for (std::size_t v = 0; v < placed.size(); ++v) placed[v].context = vertices[v].context;
+    return placed;
+  }
   bool taken(const RandomRing& ring, std::uint32_t from, std::uint32_t to, std::uint8_t generation) const {
     const auto size = static_cast<std::uint32_t>(ring.ring.size());
     for (std::uint32_t i = from;; i = (i + 1) % size) {
@@ -78,10 +82,11 @@ std::vector<CodedCase> random_cases(SeededRandom& random, const Surroundings& ar
 
 // The splits of `cases` as they go into a coder: as an encoder gets them, or as a decoder does, which knows the rings
 // only.
-std::vector<SplitInProgress> in_progress(const std::vector<CodedCase>& cases, const glm::vec3& unit, bool known) {
+std::vector<SplitInProgress> in_progress(const std::vector<CodedCase>& cases, const glm::vec3& unit,
+                                         const Surroundings& around, bool known) {
   std::vector<SplitInProgress> all(cases.size());
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    all[i].ring.assign(cases[i].ring.fans, 0, cases[i].ring.vertices, float4(unit));
+    all[i].ring.assign(cases[i].ring.fans, 0, around.with_next_splits(cases[i].ring.vertices), float4(unit));
     all[i].split = known ? cases[i].split : FanSplit{0, 0, 1, ParentPosition::kept, {}};
     all[i].root_next = known ? cases[i].root_next : kNeverSplit;
     all[i].added_next = known ? cases[i].added_next : kNeverSplit;
@@ -93,7 +98,7 @@ template <class Coder>
 void code_by_batches(Coder& coder, const SplitModel& model, const glm::vec3& unit, const Surroundings& around,
                      std::vector<SplitInProgress>& splits, std::size_t batch) {
   for (std::size_t begin = 0; begin < splits.size(); begin += batch) {
-    code_splits(coder, model, AxisUnits(unit), around.vertices, around.time,
+    code_splits(coder, model, AxisUnits(unit), around.time,
                 std::span(splits).subspan(begin, std::min(batch, splits.size() - begin)));
   }
 }
@@ -116,12 +121,12 @@ void expect_splits(std::span<const SplitInProgress> found, std::span<const Coded
 void expect_round_trip(const std::vector<CodedCase>& cases, const SplitModel& model, const glm::vec3& unit,
                        const Surroundings& around, std::size_t batch = CellCoding::kBatch) {
   RansEncoder encoder;
-  std::vector<SplitInProgress> given = in_progress(cases, unit, true);
+  std::vector<SplitInProgress> given = in_progress(cases, unit, around, true);
   code_by_batches(encoder, model, unit, around, given, batch);
   expect_splits(given, cases);
   const ExactBytes bytes(encoder.finish());
   RansDecoder decoder(bytes.view());
-  std::vector<SplitInProgress> found = in_progress(cases, unit, false);
+  std::vector<SplitInProgress> found = in_progress(cases, unit, around, false);
   code_by_batches(decoder, model, unit, around, found, batch);
   expect_splits(found, cases);
   ASSERT_TRUE(decoder.finished_cleanly());
@@ -246,7 +251,7 @@ TEST(SplitCoder, BatchesOfAnySizeCodeTheSameSymbols) {
     std::vector<std::pair<const FrequencyTable*, int>> expected;
     for (std::size_t batch = 1; batch <= CellCoding::kBatch; ++batch) {
       RecordingCoder coder;
-      std::vector<SplitInProgress> splits = in_progress(cases, glm::vec3(1.0F), true);
+      std::vector<SplitInProgress> splits = in_progress(cases, glm::vec3(1.0F), around, true);
       code_by_batches(coder, model, glm::vec3(1.0F), around, splits, batch);
       std::sort(coder.steps.begin(), coder.steps.end());
       if (batch == 1) expected = coder.steps;
@@ -263,7 +268,7 @@ TEST(SplitCoder, ABatchCanBeUsedAgain) {
   const Surroundings around(random);
   const auto cases = random_cases(random, around, 400, 200, 200);
   RansEncoder encoder;
-  std::vector<SplitInProgress> given = in_progress(cases, unit, true);
+  std::vector<SplitInProgress> given = in_progress(cases, unit, around, true);
   code_by_batches(encoder, model, unit, around, given, 16);
   const ExactBytes bytes(encoder.finish());
   RansDecoder decoder(bytes.view());
@@ -271,9 +276,9 @@ TEST(SplitCoder, ABatchCanBeUsedAgain) {
   for (std::size_t begin = 0; begin < cases.size(); begin += batch.size()) {
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const CodedCase& c = cases[begin + i];
-      batch[i].ring.assign(c.ring.fans, 0, c.ring.vertices, float4(unit));
+      batch[i].ring.assign(c.ring.fans, 0, around.with_next_splits(c.ring.vertices), float4(unit));
     }
-    code_splits(decoder, model, AxisUnits(unit), around.vertices, around.time, std::span(batch));
+    code_splits(decoder, model, AxisUnits(unit), around.time, std::span(batch));
     expect_splits(batch, std::span(cases).subspan(begin, batch.size()));
     if (HasFatalFailure()) return;
   }
@@ -291,7 +296,7 @@ TEST(SplitCoder, AnyBytesGiveALegalSplit) {
     RansDecoder decoder(bytes.view());
     const Surroundings around(random);
     const auto cases = random_cases(random, around, 30, 50, 0);
-    std::vector<SplitInProgress> splits = in_progress(cases, glm::vec3(1.0F), false);
+    std::vector<SplitInProgress> splits = in_progress(cases, glm::vec3(1.0F), around, false);
     code_by_batches(decoder, model, glm::vec3(1.0F), around, splits, 1 + random.below(16));
     for (std::size_t i = 0; i < splits.size(); ++i) {
       const SplitInProgress& s = splits[i];
@@ -327,68 +332,6 @@ TEST(SplitCoder, PredictionsFollowTheRing) {
   const RingGeometry b = large.geometry(glm::vec3(1.0F));
   EXPECT_EQ(2.0F * to_vec3(predict(model, a, ring_features(a, split)).mean),
             to_vec3(predict(model, b, ring_features(b, split)).mean));
-}
-
-TEST(SplitCoder, TheAxisAlongTheNormalIsCodedLast) {
-  Prediction prediction;
-  prediction.along = Float4{1.0F, 0.0F, 0.0F, 0.0F};
-  prediction.variance_along = 9.0F;
-  prediction.variance_across = 4.0F;
-  prediction.variance_normal = 0.25F;
-  const AxisUnits units(glm::vec3(1.0F));
-  AxisChain chain;
-  chain_axes(prediction, Float4{0.0F, 0.0F, 1.0F, 0.0F}, units, chain);
-  EXPECT_EQ(chain.order, (std::array<int, 3>{0, 1, 2}));
-  EXPECT_FLOAT_EQ(chain.variance[0], 9.0F);
-  EXPECT_FLOAT_EQ(chain.variance[1], 4.0F);
-  EXPECT_FLOAT_EQ(chain.variance[2], 0.25F);
-  EXPECT_EQ(chain.second_from_first, 0.0F);
-  chain_axes(prediction, Float4{0.9F, 0.1F, 0.1F, 0.0F}, units, chain);
-  EXPECT_EQ(chain.order[2], 0);
-  chain_axes(prediction, Float4{0.1F, -0.9F, 0.1F, 0.0F}, units, chain);
-  EXPECT_EQ(chain.order[2], 1);
-  chain_axes(prediction, Float4{0.5F, 0.5F, 0.5F, 0.0F}, units, chain);
-  EXPECT_EQ(chain.order[2], 0);  // the first of the largest
-}
-
-// The chain is the covariance's factorisation: put together again it is the covariance.
-TEST(SplitCoder, TheChainStandsForTheCovariance) {
-  for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    SeededRandom random(seed);
-    const auto direction = [&] {
-      return glm::normalize(glm::dvec3(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5) + 1e-9);
-    };
-    const glm::dvec3 normal = direction();
-    const glm::dvec3 along = glm::normalize(glm::cross(normal, direction()));
-    const glm::dvec3 across = glm::cross(normal, along);
-    const glm::dvec3 unit(0.5 + random.unit(), 0.5 + random.unit(), 0.5 + random.unit());
-    Prediction prediction;
-    prediction.along = float4(glm::vec3(3.0 * along));
-    prediction.variance_along = 2.0F + static_cast<float>(random.unit());
-    prediction.variance_across = 1.0F + static_cast<float>(random.unit());
-    prediction.variance_normal = 0.3F + static_cast<float>(random.unit());
-    AxisChain chain;
-    chain_axes(prediction, float4(glm::vec3(normal)), AxisUnits(glm::vec3(unit)), chain);
-    const auto covariance = [&](std::size_t a, std::size_t b) {
-      const int i = chain.order[a];
-      const int j = chain.order[b];
-      return (static_cast<double>(prediction.variance_along) * along[i] * along[j] +
-              static_cast<double>(prediction.variance_across) * across[i] * across[j] +
-              static_cast<double>(prediction.variance_normal) * normal[i] * normal[j]) /
-             (unit[i] * unit[j]);
-    };
-    const auto variance = [&](std::size_t a) { return static_cast<double>(chain.variance[a]); };
-    const double l10 = static_cast<double>(chain.second_from_first);
-    const double l21 = static_cast<double>(chain.third_from_second);
-    const double l20 = static_cast<double>(chain.third_from_first) + l21 * l10;  // of the first's own share
-    ASSERT_NEAR(variance(0), covariance(0, 0), 1e-4);
-    ASSERT_NEAR(l10 * variance(0), covariance(1, 0), 1e-4);
-    ASSERT_NEAR(l20 * variance(0), covariance(2, 0), 1e-4);
-    ASSERT_NEAR(variance(1) + l10 * l10 * variance(0), covariance(1, 1), 1e-4);
-    ASSERT_NEAR(l21 * variance(1) + l20 * l10 * variance(0), covariance(2, 1), 1e-4);
-    ASSERT_NEAR(variance(2) + l21 * l21 * variance(1) + l20 * l20 * variance(0), covariance(2, 2), 1e-4);
-  }
 }
 
 }  // namespace

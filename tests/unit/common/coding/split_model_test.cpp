@@ -109,7 +109,11 @@ TEST(SplitModel, DamageIsAnErrorOrStatisticsInRange) {
         }
       }
       const SplitModel model(*read);  // and a model can be made of them
-      ASSERT_EQ(model.symbols.front().symbol_count(), SymbolContexts::symbol_count(0));
+      for (std::size_t t = 0; t < SymbolContexts::kTables; ++t) {
+        ASSERT_EQ(model.table(t).symbol_count(),
+                  SymbolContexts::symbol_count(static_cast<int>(t), read->has_free_parents));
+        ASSERT_EQ(model.index_of(model.table(t)), t);
+      }
     }
     bytes.flip(bit);
   }

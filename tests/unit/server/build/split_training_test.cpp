@@ -19,7 +19,7 @@ double cost_bits(const CountingCoder::Counts& counts, const SplitStatistics& sta
   double bits = 0.0;
   for (std::size_t t = 0; t < counts.size(); ++t) {
     for (int s = 0; s < SymbolContexts::symbol_count(static_cast<int>(t)); ++s) {
-      bits += counts[t][static_cast<std::size_t>(s)] * model.symbols[t].cost_bits(s);
+      bits += counts[t][static_cast<std::size_t>(s)] * model.table(t).cost_bits(s);
     }
   }
   return bits;
@@ -77,9 +77,9 @@ TEST(SplitTraining, FindsTheWeightsThatWereUsed) {
 TEST(SplitTraining, TheCountingCoderCountsEverySymbolOnce) {
   const SplitModel model;
   CountingCoder counter(model);
-  counter.symbol(model.symbols[3], 2);
-  counter.symbol(model.symbols[3], 2);
-  counter.symbol(model.symbols[10], 0);
+  counter.symbol(model.table(3), 2);
+  counter.symbol(model.table(3), 2);
+  counter.symbol(model.table(10), 0);
   EXPECT_EQ(counter.bits(5, 17), 17U);
   EXPECT_EQ(counter.counts()[3][2], 2.0);
   EXPECT_EQ(counter.counts()[10][0], 1.0);
