@@ -111,7 +111,7 @@ template <class Coder>
   const bool escapes = high < -kCentre || high > kCentre;
   const int symbol = coder.symbol(table, escapes ? kEscape : high + kCentre);
   if (symbol != kEscape) [[likely]] {
-    const auto decoded_low = static_cast<std::int32_t>(coder.bits(raw_bits, low));
+    const auto decoded_low = raw_bits == 0 ? 0 : static_cast<std::int32_t>(coder.bits(raw_bits, low));
     return choice.base + mirrored((symbol - kCentre) * (1 << raw_bits) + decoded_low - half);
   }
   const std::int64_t far_off = [&] {
