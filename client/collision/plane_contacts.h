@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client/collision/live_surface.h"
+#include "client/collision/surface_patch.h"
 #include "common/support/result.h"
 
 namespace fanstream {
@@ -49,12 +50,13 @@ struct PlaneContacts {
 
   struct Scratch {  // of searches, to be used again
     struct Left {
-      double least = 0.0;
-      std::uint32_t node = 0;
+      float least = 0.0F;
+      std::uint32_t below = 0;  // LiveSurface::Node's
     };
     std::vector<double> distances;    // by vertex of the patch at hand
     std::vector<std::uint8_t> sides;  // likewise
-    std::vector<Left> left;           // parts that may hold the least distance
+    std::vector<std::uint32_t> open, blocks, triangles;
+    std::vector<Left> left;  // parts that may hold the least distance
   };
   Scratch scratch;
 };

@@ -119,12 +119,10 @@ class Model {
   void expect_covered(const LocalRestoration& model, const FocusTest& focus) const {
     std::vector<Key> there;
     std::vector<Key> marked;
-    model.surface().visit([](const LiveSurface::Part&) { return true; },
-                          [&](std::uint32_t, const SurfacePatch& patch) {
-                            for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
-                              there.push_back(key_of(patch.corners(t)));
-                              if (patch.is_original(t)) marked.push_back(there.back());
-                            }
+    model.surface().visit([](const Bounds&) { return true; },
+                          [&](const LiveTriangle& t) {
+                            there.push_back(key_of(t.corners));
+                            if (t.original) marked.push_back(there.back());
                           });
     std::sort(there.begin(), there.end());
     std::sort(marked.begin(), marked.end());
