@@ -24,14 +24,4 @@ PlaceTree::Sphere::Sphere(const std::optional<FocusSphere>& sphere, const BoxFra
   if (reach < 1e19) square = static_cast<float>(reach * reach);
 }
 
-Uint4 PlaceTree::Sphere::touches(const FourBoxes& boxes) const {
-  Float4 sum = float4(0.0F);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Float4 at = float4(centre[static_cast<int>(axis)]);
-    const Float4 gap = upper(upper(boxes.ends[axis] - at, at - boxes.ends[3 + axis]), float4(0.0F));
-    sum += gap * gap;
-  }
-  return mask_of(sum <= float4(square));
-}
-
 }  // namespace fanstream

@@ -33,7 +33,15 @@ class PlaceTree {
     glm::vec3 centre{0.0F};
     float square = std::numeric_limits<float>::infinity();
     Sphere(const std::optional<FocusSphere>& sphere, const BoxFrame& frame);
-    Uint4 touches(const FourBoxes& boxes) const;
+    Uint4 touches(const FourBoxes& boxes) const {
+      Float4 sum = float4(0.0F);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const Float4 at = float4(centre[static_cast<int>(axis)]);
+        const Float4 gap = upper(upper(boxes.ends[axis] - at, at - boxes.ends[3 + axis]), float4(0.0F));
+        sum += gap * gap;
+      }
+      return mask_of(sum <= float4(square));
+    }
   };
 
   template <class OnCell>

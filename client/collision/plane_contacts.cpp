@@ -118,7 +118,7 @@ class PlaneScan {
   std::vector<std::uint8_t>& sides_ = found_.scratch.sides;
 };
 
-// A plane among boxes: scaled so that distances within the model are 1 or less.
+// A plane in single precision, among boxes: scaled so that distances within the model are about 1 or less.
 struct RoundedPlane {
   std::array<Float4, 3> normal{};
   Float4 offset{};
@@ -147,7 +147,7 @@ struct RoundedPlane {
   Float4 distances(Float4 x, Float4 y, Float4 z) const {
     return normal[0] * x + normal[1] * y + normal[2] * z + offset;
   }
-  // Where every certain distance is below this one; of infinity, infinity.
+  // What rounded distances are up to, of points that may be nearer than this, or more behind the plane.
   float below(double distance) const { return static_cast<float>(std::clamp(distance / unit, -1e30, 1e30)) + slack; }
 };
 
@@ -167,29 +167,42 @@ constexpr std::array<NamedLanes, 16> named_lanes() {
 }
 constexpr std::array<NamedLanes, 16> kNamedLanes = named_lanes();
 
-// A list that grows by what a mask names, without a branch.
+// A list that grows by what a mask of four lanes names, without a branch for each.
 class FourfoldList {
  public:
-  explicit FourfoldList(std::vector<std::uint32_t>& values) : values_(values) {}
+  explicit FourfoldList(std::vector<std::uint32_t>& values)
+      : values_(values), data_(values.data()), capacity_(values.size()) {}
   std::size_t size() const { return size_; }
-  std::uint32_t operator[](std::size_t i) const { return values_[i]; }
+  std::uint32_t operator[](std::size_t i) const { return data_[i]; }
   template <class Value>
   void add(std::uint32_t mask, const Value& value) {
-    if (values_.size() < size_ + 4) values_.resize(2 * size_ + 64);
-    std::uint32_t* const end = values_.data() + size_;
+    if (capacity_ < size_ + 4) [[unlikely]]
+      grow();
+    std::uint32_t* const end = data_ + size_;
     const NamedLanes& named = kNamedLanes[mask];
-    for (std::size_t i = 0; i < 4; ++i) end[i] = value(named.lanes[i]);
+    end[0] = value(named.lanes[0]);
+    end[1] = value(named.lanes[1]);
+    end[2] = value(named.lanes[2]);
+    end[3] = value(named.lanes[3]);
     size_ += named.count;
   }
 
  private:
+  [[gnu::noinline]] void grow() {
+    values_.resize(2 * size_ + 64);
+    data_ = values_.data();
+    capacity_ = values_.size();
+  }
+
   std::vector<std::uint32_t>& values_;
+  std::uint32_t* data_;
+  std::size_t capacity_;
   std::size_t size_ = 0;
 };
 
 // Goes down the tree, level by level, then through the triangles of what the plane may cut, then through those that it
-// may cut: three loops that hardly branch, and in which one turn does not wait for the one before. Parts before the plane, and parts behind it, are left for the search for the least
-// distance.
+// may cut: three loops that hardly branch, and in which one turn does not wait for the one before. Parts before the
+// plane, and parts behind it, are left for the search for the least distance.
 class PlaneSearch {
  public:
   PlaneSearch(const LiveSurface& surface, const Plane& plane, PlaneContacts& found, const PlaneQuery& query)
@@ -208,6 +221,19 @@ class PlaneSearch {
     for (std::size_t i = 0; i < triangles_.size(); ++i) look_at(surface_.block(triangles_[i] / 4), triangles_[i] % 4);
     const Uint4 behind = behind_;
     found_.behind += std::uint64_t{behind[0]} + behind[1] + behind[2] + behind[3];
+    if (query_.least_distance) search_left();
+  }
+
+ private:
+  using Left = PlaneContacts::Scratch::Left;
+  using Node = LiveSurface::Node;
+  using Block = LiveSurface::Block;
+  static bool later(const Left& a, const Left& b) { return a.least > b.least; }
+
+  // Nearest first.
+  void search_left() {
+    std::erase_if(left_, [most = rounded_.below(found_.least_distance)](const Left& l) { return l.least > most; });
+    std::make_heap(left_.begin(), left_.end(), later);
     while (!left_.empty()) {
       std::pop_heap(left_.begin(), left_.end(), later);
       const Left next = left_.back();
@@ -216,12 +242,6 @@ class PlaneSearch {
       go_on(next.below);
     }
   }
-
- private:
-  using Left = PlaneContacts::Scratch::Left;
-  using Node = LiveSurface::Node;
-  using Block = LiveSurface::Block;
-  static bool later(const Left& a, const Left& b) { return a.least > b.least; }
 
   Float4 at_ends(const FourBoxes& boxes, const std::array<std::size_t, 3>& ends) const {
     return rounded_.distances(boxes.ends[ends[0]], boxes.ends[ends[1]], boxes.ends[ends[2]]);
@@ -236,9 +256,13 @@ class PlaneSearch {
     behind_ += behind & triangles;
     const std::uint32_t cut = lane_bits(filled & ~(before | behind));
     const std::uint32_t leaves = node.leaves();
-    open_.add(cut & ~leaves, [&](std::size_t k) { return node.below[k]; });
-    blocks_.add(cut & leaves, [&](std::size_t k) { return node.below[k] & ~Node::kLeaf; });
-    if (query_.least_distance) leave(node, lane_bits(filled) & ~cut, least);
+    if ((cut & ~leaves) != 0) open_.add(cut & ~leaves, [&](std::size_t k) { return node.below[k]; });
+    if ((cut & leaves) != 0) blocks_.add(cut & leaves, [&](std::size_t k) { return node.below[k] & ~Node::kLeaf; });
+    if (!query_.least_distance) return;
+    for (std::uint32_t lanes = lane_bits(filled) & ~cut; lanes != 0; lanes &= lanes - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(lanes));
+      left_.push_back({least[k], node.below[k]});
+    }
   }
 
   void scan(std::uint32_t number) {
@@ -252,8 +276,9 @@ class PlaneSearch {
     behind_ -= mask_of(high < float4(-rounded_.slack));  // a mask is -1
     const Uint4 cut = mask_of(low <= float4(rounded_.slack)) & mask_of(high >= float4(-rounded_.slack));
     found_.tested_triangles += block.count;
-    blocks_.add(block.next != Block::kNone ? 1 : 0, [&](std::size_t) { return block.next; });
-    triangles_.add(lane_bits(cut), [&](std::size_t k) { return static_cast<std::uint32_t>(4 * number + k); });
+    if (block.next != Block::kNone) blocks_.add(1, [&](std::size_t) { return block.next; });
+    if (lane_bits(cut) != 0)
+      triangles_.add(lane_bits(cut), [&](std::size_t k) { return static_cast<std::uint32_t>(4 * number + k); });
     if (!query_.least_distance) return;
     std::uint32_t lanes = lane_bits(~cut & mask_of(low <= float4(rounded_.below(found_.least_distance))));
     for (; lanes != 0; lanes &= lanes - 1) note_least(block, static_cast<std::size_t>(std::countr_zero(lanes)));
@@ -291,19 +316,16 @@ class PlaneSearch {
     }
   }
 
-  void leave(const Node& node, std::uint32_t lanes, Float4 least) {
-    for (; lanes != 0; lanes &= lanes - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(lanes));
-      if (least[k] > rounded_.below(found_.least_distance)) continue;
-      left_.push_back({least[k], node.below[k]});
-      std::push_heap(left_.begin(), left_.end(), later);
-    }
-  }
-
   void go_on(std::uint32_t below) {
     if ((below & Node::kLeaf) == 0) {
       const Node& node = surface_.node(below);
-      leave(node, lane_bits(node.boxes.filled()), at_ends(node.boxes, nearer_));
+      const Float4 least = at_ends(node.boxes, nearer_);
+      const Uint4 wanted = node.boxes.filled() & mask_of(least <= float4(rounded_.below(found_.least_distance)));
+      for (std::uint32_t lanes = lane_bits(wanted); lanes != 0; lanes &= lanes - 1) {
+        const auto k = static_cast<std::size_t>(std::countr_zero(lanes));
+        left_.push_back({least[k], node.below[k]});
+        std::push_heap(left_.begin(), left_.end(), later);
+      }
       return;
     }
     for (std::uint32_t b = below & ~Node::kLeaf; b != Block::kNone; b = surface_.block(b).next) {
