@@ -50,12 +50,14 @@ FocusTest::FocusTest(const Focus& focus) : focus_(focus) {
   cos_angle_ = std::cos(focus_.facing->angle_deg * std::numbers::pi / 180.0);
 }
 
-bool FocusTest::may_reach(const Bounds& box) const {
-  if (!focus_.sphere) return true;
-  const FocusSphere& s = *focus_.sphere;
-  const glm::dvec3 gap = glm::max(glm::max(box.low - s.centre, s.centre - box.high), glm::dvec3(0.0));
-  const double reach = s.radius + kSlack * (s.radius + largest_coordinate(s.centre));
-  return glm::dot(gap, gap) <= reach * reach;
+bool FocusTest::may_touch(const Bounds& box) const {
+  if (focus_.sphere) {
+    const FocusSphere& s = *focus_.sphere;
+    const glm::dvec3 gap = glm::max(glm::max(box.low - s.centre, s.centre - box.high), glm::dvec3(0.0));
+    const double reach = s.radius + kSlack * (s.radius + largest_coordinate(s.centre));
+    if (!(glm::dot(gap, gap) <= reach * reach)) return false;
+  }
+  return !focus_.region || focus_.region(box);
 }
 
 bool FocusTest::may_hold(const CodedCone& cone) const {

@@ -43,17 +43,14 @@ class FocusTest {
   explicit FocusTest(const Focus& focus);
   bool is_empty() const { return !focus_.sphere && !focus_.facing && !focus_.region; }
   // Whether a triangle in the box may be in focus: never false where one is.
-  bool may_touch(const Bounds& box) const { return may_reach(box) && may_be_in_region(box); }
-  // Of that, the sphere's part and the region's; true where there is none.
-  bool may_reach(const Bounds& box) const;
-  bool may_be_in_region(const Bounds& box) const { return !focus_.region || focus_.region(box); }
+  bool may_touch(const Bounds& box) const;
   // Whether a triangle with one of the cone's normals may be.
   bool may_hold(const CodedCone& cone) const;
   // Whether the triangle is in focus: comes within the radius of the centre and looks into the direction, where these
   // are given; a triangle without area looks nowhere. A region is asked about the triangle's box.
   bool holds(const std::array<glm::dvec3, 3>& corners) const;
   const std::optional<FocusSphere>& sphere() const { return focus_.sphere; }
-  bool has_region() const { return static_cast<bool>(focus_.region); }
+  const std::function<bool(const Bounds&)>& region() const { return focus_.region; }
 
  private:
   Focus focus_;

@@ -24,6 +24,9 @@ class PlaceTree {
   // it goes on if that says so. The logarithm of all cells, and what is found.
   template <class OnCell>
   void find(const FocusTest& focus, const OnCell& on_cell) const {
+    const FloatBox all = boxes_[CellHierarchy::root()].sum();
+    // A sphere may be so far away that floats could not tell.
+    if (all.is_empty() || !focus.may_touch(frame_.bounds(all))) return;
     find_below(CellHierarchy::root(), Sphere(focus.sphere(), frame_), focus, on_cell);
   }
 
@@ -50,7 +53,7 @@ class PlaceTree {
     std::uint32_t lanes = lane_bits(boxes_[n].filled() & sphere.touches(boxes_[n]));
     for (; lanes != 0; lanes &= lanes - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(lanes));
-      if (focus.has_region() && !focus.may_be_in_region(frame_.bounds(boxes_[n].box(k)))) continue;
+      if (focus.region() && !focus.region()(frame_.bounds(boxes_[n].box(k)))) continue;
       const bool go_on = node.cell[k] == CellHierarchy::kNone || on_cell(node.cell[k]);
       if (go_on && node.below[k] != CellHierarchy::kNone) find_below(node.below[k], sphere, focus, on_cell);
     }
