@@ -52,10 +52,12 @@ class PlaneScan {
     measure(patch);
     if (query_.least_distance) note_least(patch);
     found_.tested_triangles += patch.triangles.size();
+    const std::uint8_t* const side = sides_.data();
+    const std::size_t count = patch.triangles.size();
     std::uint64_t behind = 0;
-    for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
+    for (std::size_t t = 0; t < count; ++t) {
       const auto& [a, b, c] = patch.triangles[t];
-      const auto sides = static_cast<std::uint8_t>(sides_[a] | sides_[b] | sides_[c]);
+      const auto sides = static_cast<std::uint8_t>(side[a] | side[b] | side[c]);
       behind += sides == kBehind ? 1 : 0;
       if (sides == (kBehind | kBefore)) add(patch, t);
     }
@@ -72,6 +74,8 @@ class PlaneScan {
     const double* const x = patch.x.data();
     const double* const y = patch.y.data();
     const double* const z = patch.z.data();
+    double* const distance = distances_.data();
+    std::uint8_t* const side = sides_.data();
     const TwoDoubles nx{plane_.normal.x, plane_.normal.x};
     const TwoDoubles ny{plane_.normal.y, plane_.normal.y};
     const TwoDoubles nz{plane_.normal.z, plane_.normal.z};
@@ -79,14 +83,14 @@ class PlaneScan {
     std::size_t v = 0;
     for (; v + 2 <= count; v += 2) {
       const TwoDoubles d = nx * load(x + v) + ny * load(y + v) + nz * load(z + v) + offset;
-      distances_[v] = d[0];
-      distances_[v + 1] = d[1];
-      sides_[v] = side_of(d[0]);
-      sides_[v + 1] = side_of(d[1]);
+      distance[v] = d[0];
+      distance[v + 1] = d[1];
+      side[v] = side_of(d[0]);
+      side[v + 1] = side_of(d[1]);
     }
     for (; v < count; ++v) {
-      distances_[v] = plane_.distance(patch.position(static_cast<std::uint32_t>(v)));
-      sides_[v] = side_of(distances_[v]);
+      distance[v] = plane_.distance(patch.position(static_cast<std::uint32_t>(v)));
+      side[v] = side_of(distance[v]);
     }
   }
 

@@ -52,8 +52,8 @@ Result<CollisionSubject> make_subject(const TriangleMesh& mesh) {
   options.cell_vertices = 1.0;
   options.slab_growth = 3.0;
   options.segment_splits = 2.0;
-  options.edges_per_vertex = 5.0;  // fewer generations: less that has to be restored around a focus
-  options.base_vertices = 48;      // as coarse as can be reached: what is never in focus costs, too
+  options.edges_per_vertex = 4.0;  // fewer generations: less that has to be restored around a focus
+  options.base_vertices = 128;     // whatever the model's size: what is never in focus costs, too
   Result<BuiltAsset> built = build_asset(mesh, options);
   if (!built) return tl::unexpected(built.error());
   Result<std::unique_ptr<ProgressiveMesh>> full = rebuild_fully(built->bytes, "the asset");
