@@ -1,11 +1,11 @@
 // Where the cells of an asset lie, as boxes under a tree: which of them a focus touches.
 #pragma once
 
+#include <bit>
 #include <vector>
 
 #include "client/collision/cell_hierarchy.h"
-#include "client/collision/focus.h"
-#include "client/collision/four_boxes.h"
+#include "client/collision/focus_boxes.h"
 
 namespace fanstream {
 
@@ -27,35 +27,17 @@ class PlaceTree {
     const FloatBox all = boxes_[CellHierarchy::root()].sum();
     // A sphere may be so far away that floats could not tell.
     if (all.is_empty() || !focus.may_touch(frame_.bounds(all))) return;
-    find_below(CellHierarchy::root(), Sphere(focus.sphere(), frame_), focus, on_cell);
+    find_below(CellHierarchy::root(), FocusBoxes(focus, frame_), on_cell);
   }
 
  private:
-  // A focus's sphere among boxes, a little larger than it is.
-  struct Sphere {
-    glm::vec3 centre{0.0F};
-    float square = std::numeric_limits<float>::infinity();
-    Sphere(const std::optional<FocusSphere>& sphere, const BoxFrame& frame);
-    Uint4 touches(const FourBoxes& boxes) const {
-      Float4 sum = float4(0.0F);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const Float4 at = float4(centre[static_cast<int>(axis)]);
-        const Float4 gap = upper(upper(boxes.ends[axis] - at, at - boxes.ends[3 + axis]), float4(0.0F));
-        sum += gap * gap;
-      }
-      return mask_of(sum <= float4(square));
-    }
-  };
-
   template <class OnCell>
-  void find_below(std::uint32_t n, const Sphere& sphere, const FocusTest& focus, const OnCell& on_cell) const {
+  void find_below(std::uint32_t n, const FocusBoxes& focus, const OnCell& on_cell) const {
     const CellHierarchy::Node& node = cells_.node(n);
-    std::uint32_t lanes = lane_bits(boxes_[n].filled() & sphere.touches(boxes_[n]));
-    for (; lanes != 0; lanes &= lanes - 1) {
+    for (std::uint32_t lanes = focus.touched(boxes_[n]); lanes != 0; lanes &= lanes - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(lanes));
-      if (focus.region() && !focus.region()(frame_.bounds(boxes_[n].box(k)))) continue;
       const bool go_on = node.cell[k] == CellHierarchy::kNone || on_cell(node.cell[k]);
-      if (go_on && node.below[k] != CellHierarchy::kNone) find_below(node.below[k], sphere, focus, on_cell);
+      if (go_on && node.below[k] != CellHierarchy::kNone) find_below(node.below[k], focus, on_cell);
     }
   }
 

@@ -4,6 +4,9 @@
 #include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
+
+#include "client/collision/focus_boxes.h"
 
 namespace fanstream {
 namespace {
@@ -211,6 +214,7 @@ class PlaneSearch {
  public:
   PlaneSearch(const LiveSurface& surface, const Plane& plane, PlaneContacts& found, const PlaneQuery& query)
       : surface_(surface), plane_(plane), rounded_(plane, surface.frame()), found_(found), query_(query) {
+    if (query.within != nullptr) focus_.emplace(*query.within, surface.frame());
     for (std::size_t axis = 0; axis < 3; ++axis) {
       nearer_[axis] = rounded_.normal[axis][0] >= 0.0F ? axis : 3 + axis;
       farther_[axis] = 3 + 2 * axis - nearer_[axis];
@@ -257,13 +261,27 @@ class PlaneSearch {
     const Uint4 filled = mask_of(triangles != uint4(0));
     const Uint4 before = mask_of(least > float4(rounded_.slack));
     const Uint4 behind = mask_of(at_ends(node.boxes, farther_) < float4(-rounded_.slack));
+    if (focus_) return enter_in_focus(node, least, lane_bits(before));
     behind_ += behind & triangles;
     const std::uint32_t cut = lane_bits(filled & ~(before | behind));
     const std::uint32_t leaves = node.leaves();
     if ((cut & ~leaves) != 0) open_.add(cut & ~leaves, [&](std::size_t k) { return node.below[k]; });
     if ((cut & leaves) != 0) blocks_.add(cut & leaves, [&](std::size_t k) { return node.below[k] & ~Node::kLeaf; });
-    if (!query_.least_distance) return;
-    for (std::uint32_t lanes = lane_bits(filled) & ~cut; lanes != 0; lanes &= lanes - 1) {
+    if (query_.least_distance) leave(node, lane_bits(filled) & ~cut, least);
+  }
+
+  // What is behind is in focus in part only, perhaps: it has to be looked at, too.
+  void enter_in_focus(const Node& node, Float4 least, std::uint32_t before) {
+    const std::uint32_t touched = focus_->touched(node.boxes);
+    const std::uint32_t leaves = node.leaves();
+    const std::uint32_t wanted = touched & ~before;
+    open_.add(wanted & ~leaves, [&](std::size_t k) { return node.below[k]; });
+    blocks_.add(wanted & leaves, [&](std::size_t k) { return node.below[k] & ~Node::kLeaf; });
+    if (query_.least_distance) leave(node, touched & before, least);
+  }
+
+  void leave(const Node& node, std::uint32_t lanes, Float4 least) {
+    for (; lanes != 0; lanes &= lanes - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(lanes));
       left_.push_back({least[k], node.below[k]});
     }
@@ -277,8 +295,10 @@ class PlaneSearch {
     const Float4 c = rounded_.distances(r[0], r[1], r[2]);
     const Float4 low = lower(lower(a, b), c);
     const Float4 high = upper(upper(a, b), c);
-    behind_ -= mask_of(high < float4(-rounded_.slack));  // a mask is -1
-    const Uint4 cut = mask_of(low <= float4(rounded_.slack)) & mask_of(high >= float4(-rounded_.slack));
+    const Uint4 behind = mask_of(high < float4(-rounded_.slack));
+    const Uint4 not_before = mask_of(low <= float4(rounded_.slack));
+    if (!focus_) behind_ -= behind;  // a mask is -1
+    const Uint4 cut = focus_ ? not_before : not_before & ~behind;
     found_.tested_triangles += block.count;
     if (block.next != Block::kNone) blocks_.add(1, [&](std::size_t) { return block.next; });
     if (lane_bits(cut) != 0)
@@ -293,7 +313,10 @@ class PlaneSearch {
     return {plane_.distance(corners[0]), plane_.distance(corners[1]), plane_.distance(corners[2])};
   }
 
+  bool counts(const Block& block, std::size_t k) const { return !focus_ || query_.within->holds(block.corners[k]); }
+
   void look_at(const Block& block, std::size_t k) {
+    if (!counts(block, k)) return;
     const std::array<double, 3> d = distances(block, k);
     if (query_.least_distance) note_least(block, k, d);
     const auto sides = static_cast<std::uint8_t>(side_of(d[0]) | side_of(d[1]) | side_of(d[2]));
@@ -311,7 +334,9 @@ class PlaneSearch {
     contact.original = original;
   }
 
-  void note_least(const Block& block, std::size_t k) { note_least(block, k, distances(block, k)); }
+  void note_least(const Block& block, std::size_t k) {
+    if (counts(block, k)) note_least(block, k, distances(block, k));
+  }
   void note_least(const Block& block, std::size_t k, const std::array<double, 3>& d) {
     for (std::size_t c = 0; c < 3; ++c) {
       if (d[c] >= found_.least_distance) continue;
@@ -324,8 +349,9 @@ class PlaneSearch {
     if ((below & Node::kLeaf) == 0) {
       const Node& node = surface_.node(below);
       const Float4 least = at_ends(node.boxes, nearer_);
-      const Uint4 wanted = node.boxes.filled() & mask_of(least <= float4(rounded_.below(found_.least_distance)));
-      for (std::uint32_t lanes = lane_bits(wanted); lanes != 0; lanes &= lanes - 1) {
+      const std::uint32_t touched = focus_ ? focus_->touched(node.boxes) : lane_bits(node.boxes.filled());
+      const std::uint32_t near = lane_bits(mask_of(least <= float4(rounded_.below(found_.least_distance))));
+      for (std::uint32_t lanes = touched & near; lanes != 0; lanes &= lanes - 1) {
         const auto k = static_cast<std::size_t>(std::countr_zero(lanes));
         left_.push_back({least[k], node.below[k]});
         std::push_heap(left_.begin(), left_.end(), later);
@@ -341,6 +367,7 @@ class PlaneSearch {
   const LiveSurface& surface_;
   const Plane& plane_;
   RoundedPlane rounded_;
+  std::optional<FocusBoxes> focus_;
   std::array<std::size_t, 3> nearer_{}, farther_{};  // of FourBoxes::ends
   Uint4 behind_{};                                   // triangles, summed by lane
   PlaneContacts& found_;

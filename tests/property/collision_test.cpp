@@ -184,6 +184,24 @@ class Model {
     ASSERT_LE(restored.tested_triangles, model.surface().triangle_count());
   }
 
+  // Asked about the focus alone, the restored mesh answers as the full model would.
+  void expect_same_within(const LocalRestoration& model, const FocusTest& focus, const Plane& plane) const {
+    PlaneContacts expected;
+    for (std::size_t t = 0; t < patch_.triangles.size(); ++t) {
+      if (!focus.holds(patch_.corners(t))) continue;
+      const std::array<glm::dvec3, 3> c = patch_.corners(t);
+      find_contacts(patch_of({{c[0], c[1], c[2]}, {{0, 1, 2}}}), plane, expected);
+    }
+    PlaneContacts found;
+    find_contacts(model.surface(), plane, found, {.within = &focus});
+    ASSERT_EQ(originals(found.contacts, focus), covered(expected.contacts, focus));
+    ASSERT_EQ(found.contacts.size(), expected.contacts.size());
+    ASSERT_EQ(found.touching, expected.touching);
+    ASSERT_EQ(found.touching_original, expected.touching);
+    ASSERT_EQ(found.behind, expected.behind);
+    ASSERT_EQ(found.least_distance, expected.least_distance);
+  }
+
   void expect_same_contacts(const LocalRestoration& model, const FocusTest& focus, const MeshObstacle& obstacle) const {
     const MeshContacts in_full = find_contacts(patch_, obstacle);
     const MeshContacts restored = find_contacts(model.surface(), obstacle);
@@ -234,7 +252,9 @@ void walk(const Model& full, std::uint64_t seeds, int steps, bool measured, bool
       full.expect_covered(*model, test);
       full.expect_same_contacts(*model, test, plane);
       for (int k = 0; k < 3; ++k) {
-        full.expect_same_contacts(*model, test, random_plane(full.full(), full.box(), random));
+        const Plane other = random_plane(full.full(), full.box(), random);
+        full.expect_same_contacts(*model, test, other);
+        full.expect_same_within(*model, test, other);
       }
       if (meshes && random.one_in(3)) {
         full.expect_same_contacts(*model, test, MeshObstacle::create(small_obstacle(full.box(), random)).value());

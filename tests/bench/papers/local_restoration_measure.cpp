@@ -44,10 +44,13 @@ void count_frame(const CollisionSubject& subject, const ContactFrame& frame, std
                                  [&](const LiveTriangle& t) { sum.mean_original += t.original ? 1.0 : 0.0; });
   sum.mean_contacts += static_cast<double>(found.touching);
   sum.mean_tested += static_cast<double>(found.tested_triangles);
+  const FocusTest focus(frame.focus);
+  collide(subject.local->surface(), std::span(frame.planes).first(plane_count), found, &focus);
+  sum.mean_within += static_cast<double>(found.touching);
 }
 
 struct Watches {
-  Rounds restored, moving, one_by_one, full, full_tree, ball, ball_full;
+  Rounds restored, moving, within, one_by_one, full, full_tree, ball, ball_full;
 };
 
 // There and back, so that every round begins where the last one ended.
@@ -62,6 +65,11 @@ void measure_planes(const CollisionSubject& subject, const ContactPath& path, st
     collide(subject.local->surface(), planes(f), found);
   });
   watches.moving.run(count, [&](std::size_t f) { subject.local->move(frame(f).focus); });
+  watches.within.run(count, [&](std::size_t f) {
+    subject.local->move(frame(f).focus);
+    const FocusTest focus(frame(f).focus);
+    collide(subject.local->surface(), planes(f), found, &focus);
+  });
   watches.full_tree.run(count, [&](std::size_t f) { collide(subject.refined->surface(), planes(f), found); });
   // Of a large full mesh a few frames tell as much as all do.
   const std::size_t full_frames = subject.full.triangles.size() > 50'000 ? 1 : std::min<std::size_t>(count, 50);
@@ -99,13 +107,13 @@ CollisionFigures measure_collision(const CollisionSubject& subject, std::span<co
     subject.local->move(path.front().focus);
     for (int round = 0; round < rounds; ++round) measure_planes(subject, path, plane_count, watches);
     measure_standing(subject, path[path.size() / 2], plane_count, rounds, watches, figures);
-    for (Rounds* r : {&watches.restored, &watches.moving, &watches.one_by_one, &watches.full, &watches.full_tree,
-                      &watches.ball, &watches.ball_full}) {
+    for (Rounds* r : {&watches.restored, &watches.moving, &watches.within, &watches.one_by_one, &watches.full,
+                      &watches.full_tree, &watches.ball, &watches.ball_full}) {
       r->end_stretch();
     }
   }
   for (double* mean : {&figures.mean_triangles, &figures.mean_original, &figures.mean_splits, &figures.mean_contacts,
-                       &figures.mean_tested}) {
+                       &figures.mean_tested, &figures.mean_within}) {
     *mean /= frames;
   }
   for (double* mean : {&figures.mean_ball_tested, &figures.mean_ball_pairs}) {
@@ -113,6 +121,7 @@ CollisionFigures measure_collision(const CollisionSubject& subject, std::span<co
   }
   figures.us_restored = watches.restored.us_a_frame();
   figures.us_move = watches.moving.us_a_frame();
+  figures.us_within = watches.within.us_a_frame();
   figures.us_one_by_one = figures.us_move + watches.one_by_one.us_a_frame();
   figures.us_full = watches.full.us_a_frame();
   figures.us_full_tree = watches.full_tree.us_a_frame();
