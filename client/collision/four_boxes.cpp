@@ -13,7 +13,8 @@ BoxFrame BoxFrame::of(const PositionGrid& grid) {
   frame.extent = static_cast<double>(1 << grid.bits());
   const glm::dvec3 size = glm::abs(frame.origin);
   // An eighth of a step is the rounding of floats up to 2^20; a model far away from 0 is rounded by more in doubles.
-  frame.padding = 0.125 + 4e-16 * (std::max({size.x, size.y, size.z}) / frame.step + frame.extent);
+  const double rounding = 4e-16 * (std::max({size.x, size.y, size.z}) / frame.step + frame.extent);
+  frame.padding = std::min(0.125 + rounding, 1e30);  // where it is that much, boxes tell nothing
   return frame;
 }
 

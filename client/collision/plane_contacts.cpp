@@ -145,8 +145,8 @@ struct RoundedPlane {
     if (!(std::abs(at_origin) < 1e15) || !std::isfinite(magnitude / reach)) return;
     unit = reach;
     offset = float4(static_cast<float>(at_origin));
-    slack = static_cast<float>(frame.padding / frame.extent + 1e-6 * (1.0 + std::abs(at_origin)) +
-                               4e-15 * (magnitude / reach));
+    const double off = frame.padding / frame.extent + 1e-6 * (1.0 + std::abs(at_origin)) + 4e-15 * (magnitude / reach);
+    slack = static_cast<float>(std::min(off, 1e30));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       normal[axis] = float4(static_cast<float>(plane.normal[static_cast<int>(axis)] * frame.step / reach));
     }
