@@ -49,6 +49,8 @@ class FocusTest {
   // Whether the triangle is in focus: comes within the radius of the centre and looks into the direction, where these
   // are given; a triangle without area looks nowhere. A region is asked about the triangle's box.
   bool holds(const std::array<glm::dvec3, 3>& corners) const;
+  const std::optional<FocusSphere>& sphere() const { return focus_.sphere; }
+  const std::function<bool(const Bounds&)>& region() const { return focus_.region; }
 
  private:
   Focus focus_;

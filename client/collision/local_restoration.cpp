@@ -22,7 +22,7 @@ LocalRestoration::LocalRestoration(std::shared_ptr<const AssetHead> head, std::s
     : mesh_(std::move(head), MeshMemory::live_part),
       cells_(hierarchy_of(mesh_, std::move(index))),
       surface_(mesh_, cells_),
-      places_(cells_.node_count(), kNoBounds),
+      places_(cells_, surface_.frame()),
       outside_(mesh_.index().cells.size(), 0),
       last_found_(mesh_.index().cells.size(), 0),
       place_in_found_(mesh_.index().cells.size(), 0),
@@ -52,14 +52,6 @@ double LocalRestoration::error_now(std::uint32_t cell) const {
   return error_from_code(mesh_.index().segments[entry.first_segment + applied].error_code, mesh_.head().grid.step());
 }
 
-void LocalRestoration::widen(std::uint32_t node, const Bounds& box) {
-  for (; node != CellHierarchy::kNone; node = cells_.node(node).parent) {
-    const Bounds both = united(places_[node], box);
-    if (both.low == places_[node].low && both.high == places_[node].high) return;
-    places_[node] = both;
-  }
-}
-
 // A triangle that is not in the mesh is represented by faces around vertices that lack splits, no farther off than
 // their cells' errors.
 void LocalRestoration::note_places(std::span<const std::uint32_t> changed_cells) {
@@ -70,8 +62,24 @@ void LocalRestoration::note_places(std::span<const std::uint32_t> changed_cells)
     const Bounds place = cube(bounds.centre, (bounds.radius + error_now(c)) * (1.0 + 1e-12));
     Bounds& here = place_of_step_[mesh_.index().cells[c].first_segment + mesh_.applied_prefix(c)];
     here = united(here, place);
-    widen(cells_.node_of(c), place);
+    places_.widen(c, place);
   }
+}
+
+// Around all faces that have one of a live cell's vertices as a corner.
+Bounds LocalRestoration::box_of_faces(std::uint32_t cell) const {
+  const FanState& state = mesh_.state();
+  const CellVertices& vertices = mesh_.vertices(cell);
+  Bounds box = kNoBounds;
+  const auto include = [&](VertexId v) {
+    const glm::dvec3 p = mesh_.head().grid.decode(state.vertices[v].place);
+    box = united(box, {p, p});
+  };
+  for (std::uint32_t i = 0; i < vertices.count(); ++i) {
+    include(vertices.at(i));
+    state.fans.for_each_neighbour(vertices.at(i), include);
+  }
+  return box;
 }
 
 Result<void> LocalRestoration::measure() {
@@ -80,12 +88,11 @@ Result<void> LocalRestoration::measure() {
   const MeshMove move = mesh_.move_to({});
   const bool complete = mesh_.is_complete();
   if (complete) {
-    std::fill(places_.begin(), places_.end(), kNoBounds);
+    places_.clear();
     for (std::uint32_t c = 0; c < outside_.size(); ++c) {
-      if (!mesh_.is_live(c)) continue;
-      const CellBounds& bounds = mesh_.bounds(c);
-      if (bounds.radius >= 0.0) widen(cells_.node_of(c), cube(bounds.centre, bounds.radius));
+      if (mesh_.is_live(c)) places_.widen(c, box_of_faces(c));
     }
+    place_of_step_ = {};
     measured_ = true;
   }
   mesh_.set_all_targets(0);
@@ -137,10 +144,7 @@ std::uint32_t LocalRestoration::needed_segments(std::uint32_t cell, const FocusT
 void LocalRestoration::find_cells(const FocusTest& test, std::vector<CellTarget>& found) {
   found.clear();
   if (test.is_empty()) return;
-  cells_.descend([&](std::uint32_t n) {
-    if (!(places_[n].low.x <= places_[n].high.x) || !test.may_touch(places_[n])) return false;
-    const std::uint32_t c = cells_.node(n).cell;
-    if (c == CellHierarchy::kNone) return true;
+  places_.find(test, [&](std::uint32_t c) {
     // A cell's cone holds its children's too.
     if (!test.may_hold(mesh_.index().cells[c].cone)) return false;
     place_in_found_[c] = static_cast<std::uint32_t>(found.size());
@@ -190,7 +194,7 @@ RestorationMove LocalRestoration::move(const Focus& focus) {
     if (measured_) break;
     note_places(changed);
   }
-  const bool all_is_one = cells_.is_empty() && !test.is_empty() && test.may_touch(surface_.box());
+  const bool all_is_one = outside_.empty() && !test.is_empty() && test.may_touch(surface_.box());
   result.focus_cells =
       all_is_one ? 1
                  : static_cast<std::uint32_t>(std::count_if(in_focus_.begin(), in_focus_.end(),

@@ -23,6 +23,7 @@
 
 #include "client/collision/focus.h"
 #include "client/collision/live_surface.h"
+#include "client/collision/place_tree.h"
 #include "common/refine/progressive_mesh.h"
 
 namespace fanstream {
@@ -74,14 +75,14 @@ class LocalRestoration {
   void find_cells(const FocusTest& test, std::vector<CellTarget>& found);
   void change_targets(const std::vector<CellTarget>& in_focus);
   void note_places(std::span<const std::uint32_t> changed_cells);
-  void widen(std::uint32_t node, const Bounds& box);
+  Bounds box_of_faces(std::uint32_t cell) const;
   bool lacks_splits(std::uint32_t cell) const;
   double error_now(std::uint32_t cell) const;
 
   ProgressiveMesh mesh_;
   CellHierarchy cells_;
   LiveSurface surface_;
-  std::vector<Bounds> places_;             // by node: where its part of the full model lies; known for live cells
+  PlaceTree places_;                       // where cells' parts of the full model lie
   std::vector<std::uint32_t> outside_;     // by cell: its target out of focus
   std::vector<CellTarget> in_focus_;       // cells and what they need, as of the last move
   std::vector<CellTarget> found_;          // scratch

@@ -38,6 +38,10 @@ std::shared_ptr<Model> model_of(const std::vector<Corners>& triangles) {
   return model;
 }
 
+Bounds bounds_of_corners(const Corners& c) {
+  return {glm::min(glm::min(c[0], c[1]), c[2]), glm::max(glm::max(c[0], c[1]), c[2])};
+}
+
 bool overlap(const Bounds& a, const Bounds& b) {
   return a.low.x <= b.high.x && b.low.x <= a.high.x && a.low.y <= b.high.y && b.low.y <= a.high.y &&
          a.low.z <= b.high.z && b.low.z <= a.high.z;
@@ -50,7 +54,30 @@ struct MeshObstacle::Data {
   std::shared_ptr<Model> model;
   TriangleTree tree;
   Bounds box = kNoBounds;
+
+  // Whether one of FCL's volumes around the triangles, of which each is a leaf, reaches into the box.
+  bool may_touch(const Bounds& box) const;
 };
+
+bool MeshObstacle::Data::may_touch(const Bounds& other) const {
+  if (!overlap(other, box)) return false;
+  fcl::OBBd volume;
+  volume.axis.setIdentity();
+  volume.To = to_fcl(0.5 * (other.low + other.high));
+  volume.extent = to_fcl(0.5 * (other.high - other.low));
+  // More than FCL's test of two volumes is rounded by.
+  volume.extent.array() += 1e-9 * (volume.extent.maxCoeff() + volume.To.cwiseAbs().maxCoeff());
+  std::vector<int> open{0};
+  while (!open.empty()) {
+    const auto& node = model->getBV(open.back());
+    open.pop_back();
+    if (!node.bv.obb.overlap(volume)) continue;
+    if (node.isLeaf()) return true;
+    open.push_back(node.rightChild());
+    open.push_back(node.leftChild());
+  }
+  return false;
+}
 
 Result<MeshObstacle> MeshObstacle::create(const TriangleMesh& mesh) {
   Result<TriangleTree> tree = TriangleTree::build(mesh);
@@ -75,19 +102,21 @@ class MeshSearch {
  public:
   explicit MeshSearch(const MeshObstacle& obstacle) : obstacle_(*obstacle.data_) {}
 
+  void add(const Corners& corners, bool original) {
+    triangles_.push_back(turned(corners));
+    original_.push_back(original);
+  }
   void add(const SurfacePatch& patch) {
-    for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
-      triangles_.push_back(turned(patch.corners(t)));
-      original_.push_back(patch.is_original(t));
-    }
+    for (std::size_t t = 0; t < patch.triangles.size(); ++t) add(patch.corners(t), true);
   }
   void add_near(const LiveSurface& surface) {
-    surface.visit([&](const LiveSurface::Part& part) { return overlap(part.box, obstacle_.box); },
-                  [&](std::uint32_t, const SurfacePatch& patch) { add(patch); });
+    surface.visit([&](const Bounds& box) { return obstacle_.may_touch(box); },
+                  [&](const LiveTriangle& t) {
+                    if (overlap(bounds_of_corners(t.corners), obstacle_.box)) add(t.corners, t.original);
+                  });
   }
   void add_all(const LiveSurface& surface) {
-    surface.visit([](const LiveSurface::Part&) { return true; },
-                  [&](std::uint32_t, const SurfacePatch& patch) { add(patch); });
+    surface.visit([](const Bounds&) { return true; }, [&](const LiveTriangle& t) { add(t.corners, t.original); });
   }
 
   MeshContacts contacts(std::uint64_t most_listed) const {

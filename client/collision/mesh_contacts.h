@@ -2,7 +2,8 @@
 //
 // Surfaces meet surfaces: an obstacle that lies inside a closed model without reaching its surface does not touch it.
 // Pairs are found by FCL (Pan, Chitta, Manocha: "FCL: A general purpose library for collision and proximity queries",
-// 2012) with trees of OBBRSS volumes: of the model only over the cells whose boxes reach the obstacle's.
+// 2012) with trees of OBBRSS volumes: of the model only over those triangles of which the boxes that hold them reach a
+// volume of the obstacle's tree.
 #pragma once
 
 #include <memory>

@@ -13,7 +13,9 @@
 #include <limits>
 #include <vector>
 
+#include "client/collision/focus.h"
 #include "client/collision/live_surface.h"
+#include "client/collision/surface_patch.h"
 #include "common/support/result.h"
 
 namespace fanstream {
@@ -49,12 +51,13 @@ struct PlaneContacts {
 
   struct Scratch {  // of searches, to be used again
     struct Left {
-      double least = 0.0;
-      std::uint32_t node = 0;
+      float least = 0.0F;
+      std::uint32_t below = 0;  // LiveSurface::Node's
     };
     std::vector<double> distances;    // by vertex of the patch at hand
     std::vector<std::uint8_t> sides;  // likewise
-    std::vector<Left> left;           // parts that may hold the least distance
+    std::vector<std::uint32_t> open, blocks, triangles;
+    std::vector<Left> left;  // parts that may hold the least distance
   };
   Scratch scratch;
 };
@@ -62,6 +65,9 @@ struct PlaneContacts {
 struct PlaneQuery {
   std::uint64_t most_listed = std::numeric_limits<std::uint64_t>::max();
   bool least_distance = true;  // false: PlaneContacts::least_distance and least_at stay as they are
+  // Only triangles in this focus count (FocusTest::holds): where it covers the surface, all that is found is what the
+  // full model has there, and takes no time for the rest of the mesh. Of a surface only. None: all triangles count.
+  const FocusTest* within = nullptr;
 };
 
 // Adds what is found to `found`, of which the least distance so far counts too. Takes time for the triangles in cells

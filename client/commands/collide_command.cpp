@@ -127,12 +127,8 @@ Findings find(const Request& request, const Arguments& arguments, const Restorat
   findings.move = move;
   const LiveSurface& surface = model.surface();
   findings.triangles = surface.triangle_count();
-  surface.visit([](const LiveSurface::Part&) { return true; },
-                [&](std::uint32_t, const SurfacePatch& patch) {
-                  for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
-                    findings.original_triangles += patch.is_original(t) ? 1 : 0;
-                  }
-                });
+  surface.visit([](const Bounds&) { return true; },
+                [&](const LiveTriangle& t) { findings.original_triangles += t.original ? 1 : 0; });
   for (const Plane& plane : request.planes) {
     find_contacts(surface, plane, findings.planes.emplace_back(), {.most_listed = arguments.most_listed});
   }

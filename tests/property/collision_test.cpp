@@ -98,6 +98,33 @@ Plane random_plane(const Bounds& box, SeededRandom& random) {
   return make_plane(normal.x, normal.y, normal.z, -glm::dot(normal, at)).value();
 }
 
+// One that vertices lie on, or far away, or in general position.
+Plane random_plane(const TriangleMesh& mesh, const Bounds& box, SeededRandom& random) {
+  const Triangle& t = mesh.triangles[random.below(mesh.triangles.size())];
+  const glm::dvec3& a = mesh.positions[t[0]];
+  switch (random.below(5)) {
+    case 0: {  // along the grid, through all vertices of one coordinate
+      Plane plane{{0.0, 0.0, 0.0}, 0.0};
+      const int axis = static_cast<int>(random.below(3));
+      plane.normal[axis] = random.one_in(2) ? 1.0 : -1.0;
+      plane.offset = -plane.normal[axis] * a[axis];
+      return plane;
+    }
+    case 1: {  // through a triangle, to rounding
+      const glm::dvec3 normal = glm::cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
+      const Result<Plane> plane = make_plane(normal.x, normal.y, normal.z, -glm::dot(normal, a));
+      if (plane) return *plane;
+      return random_plane(box, random);
+    }
+    case 2: {
+      Plane plane = random_plane(box, random);
+      plane.offset += (random.unit() - 0.5) * box.diagonal() * std::pow(10.0, 40.0 * random.unit() - 2.0);
+      return plane;
+    }
+    default: return random_plane(box, random);
+  }
+}
+
 // A model in full, and what has to hold of it restored in part.
 class Model {
  public:
@@ -119,12 +146,10 @@ class Model {
   void expect_covered(const LocalRestoration& model, const FocusTest& focus) const {
     std::vector<Key> there;
     std::vector<Key> marked;
-    model.surface().visit([](const LiveSurface::Part&) { return true; },
-                          [&](std::uint32_t, const SurfacePatch& patch) {
-                            for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
-                              there.push_back(key_of(patch.corners(t)));
-                              if (patch.is_original(t)) marked.push_back(there.back());
-                            }
+    model.surface().visit([](const Bounds&) { return true; },
+                          [&](const LiveTriangle& t) {
+                            there.push_back(key_of(t.corners));
+                            if (t.original) marked.push_back(there.back());
                           });
     std::sort(there.begin(), there.end());
     std::sort(marked.begin(), marked.end());
@@ -146,6 +171,9 @@ class Model {
     find_contacts(patch_, plane, in_full);
     find_contacts(model.surface(), plane, restored);
     find_contacts(patch_of(model.surface().triangle_mesh()), plane, one_by_one);
+    // As the caller keeps them: the second search finds what the first has left behind.
+    restored.clear();
+    find_contacts(model.surface(), plane, restored);
     ASSERT_EQ(originals(restored.contacts, focus), covered(in_full.contacts, focus));
     // The tree leaves out nothing of the restored mesh.
     ASSERT_EQ(restored.touching, one_by_one.touching);
@@ -154,6 +182,24 @@ class Model {
     ASSERT_EQ(restored.contacts.size(), restored.touching);
     ASSERT_EQ(plane.distance(restored.least_at), restored.least_distance);
     ASSERT_LE(restored.tested_triangles, model.surface().triangle_count());
+  }
+
+  // Asked about the focus alone, the restored mesh answers as the full model would.
+  void expect_same_within(const LocalRestoration& model, const FocusTest& focus, const Plane& plane) const {
+    PlaneContacts expected;
+    for (std::size_t t = 0; t < patch_.triangles.size(); ++t) {
+      if (!focus.holds(patch_.corners(t))) continue;
+      const std::array<glm::dvec3, 3> c = patch_.corners(t);
+      find_contacts(patch_of({{c[0], c[1], c[2]}, {{0, 1, 2}}}), plane, expected);
+    }
+    PlaneContacts found;
+    find_contacts(model.surface(), plane, found, {.within = &focus});
+    ASSERT_EQ(originals(found.contacts, focus), covered(expected.contacts, focus));
+    ASSERT_EQ(found.contacts.size(), expected.contacts.size());
+    ASSERT_EQ(found.touching, expected.touching);
+    ASSERT_EQ(found.touching_original, expected.touching);
+    ASSERT_EQ(found.behind, expected.behind);
+    ASSERT_EQ(found.least_distance, expected.least_distance);
   }
 
   void expect_same_contacts(const LocalRestoration& model, const FocusTest& focus, const MeshObstacle& obstacle) const {
@@ -181,7 +227,8 @@ TriangleMesh small_obstacle(const Bounds& box, SeededRandom& random) {
   return mesh;
 }
 
-void walk(const Model& full, std::uint64_t seeds, int steps, bool measured) {
+// With other meshes only if asked for: far away from 0 FCL's volumes are rounded by more than what they hold.
+void walk(const Model& full, std::uint64_t seeds, int steps, bool measured, bool meshes = true) {
   ASSERT_TRUE(full.asset().head);
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -204,8 +251,12 @@ void walk(const Model& full, std::uint64_t seeds, int steps, bool measured) {
       const FocusTest test(focus);
       full.expect_covered(*model, test);
       full.expect_same_contacts(*model, test, plane);
-      full.expect_same_contacts(*model, test, random_plane(full.box(), random));
-      if (random.one_in(3)) {
+      for (int k = 0; k < 3; ++k) {
+        const Plane other = random_plane(full.full(), full.box(), random);
+        full.expect_same_contacts(*model, test, other);
+        full.expect_same_within(*model, test, other);
+      }
+      if (meshes && random.one_in(3)) {
         full.expect_same_contacts(*model, test, MeshObstacle::create(small_obstacle(full.box(), random)).value());
       }
       std::string why;
@@ -232,6 +283,18 @@ class Collision : public ::testing::TestWithParam<std::size_t> {
 
 TEST_P(Collision, ContactsInTheFocusAreThoseOfTheFullModel) { walk(model(), 4, 25, true); }
 TEST_P(Collision, TheyAreSoBeforeTheModelIsMeasured) { walk(model(), 4, 25, false); }
+
+// What boxes are rounded by does not depend on where the model lies, and how large it is; positions are.
+TEST(FarAway, ContactsInTheFocusAreThoseOfTheFullModel) {
+  for (const auto& [scale, offset] : {std::pair{1e-3, 1e5}, {1e-9, 1e5}, {1e-15, 0.5}, {1e30, 1e32}, {1e-60, 0.0}}) {
+    SCOPED_TRACE("scale " + std::to_string(scale) + " offset " + std::to_string(offset));
+    TriangleMesh mesh = testing::make_sphere(30, 40);
+    for (glm::dvec3& p : mesh.positions) p = scale * p + offset * glm::dvec3(1.0, -0.7, 0.3);
+    const Model model(build_and_open(mesh));
+    walk(model, 2, 12, true, false);
+    walk(model, 2, 6, false, false);
+  }
+}
 
 // A path leaves no traces, once it is known where cells lie.
 TEST_P(Collision, AnyPathOfTheFocusLeadsToOneMesh) {

@@ -7,8 +7,17 @@
 #include "server/build/asset_builder.h"
 #include "tests/bench/level_quality.h"
 #include "tests/bench/open_asset.h"
+#include "tests/bench/papers/ellipsoid.h"
 
 namespace fanstream::bench {
+
+TriangleMesh ContactFrame::ball() const {
+  TriangleMesh mesh = make_octahedral_ellipsoid();
+  const double radius = 0.5 * focus.sphere->radius;
+  const glm::dvec3 centre = focus.sphere->centre - (radius - focus.sphere->radius / 20.0) * planes[0].normal;
+  for (glm::dvec3& p : mesh.positions) p = centre + radius * glm::normalize(p);
+  return mesh;
+}
 
 Result<std::vector<TriangleMesh>> reduced_meshes(const TriangleMesh& mesh,
                                                  const std::vector<std::uint32_t>& triangles) {
@@ -41,9 +50,10 @@ Result<CollisionSubject> make_subject(const TriangleMesh& mesh) {
   BuildOptions options;
   options.position_bits = 16;  // of the smallest model too
   options.cell_vertices = 1.0;
-  options.slab_growth = 2.0;
+  options.slab_growth = 3.0;
   options.segment_splits = 2.0;
-  options.edges_per_vertex = 3.0;  // fewer generations: less that has to be restored around a focus
+  options.edges_per_vertex = 4.0;  // fewer generations: less that has to be restored around a focus
+  options.base_vertices = 128;     // whatever the model's size: what is never in focus costs, too
   Result<BuiltAsset> built = build_asset(mesh, options);
   if (!built) return tl::unexpected(built.error());
   Result<std::unique_ptr<ProgressiveMesh>> full = rebuild_fully(built->bytes, "the asset");
@@ -150,12 +160,20 @@ class SectionTracer {
 
 }  // namespace
 
-Result<std::vector<ContactFrame>> contact_path(const TriangleMesh& mesh, double radius, std::size_t most) {
+namespace {
+
+Result<Section> section_of(const TriangleMesh& mesh) {
   const Bounds box = bounds_of(mesh.positions);
   const glm::dvec3 normal = glm::normalize(glm::dvec3(1.0, 0.11, 0.07));
   const Plane cut{normal, -glm::dot(normal, 0.5 * (box.low + box.high))};
-  const Section section = SectionTracer(mesh, cut).longest();
+  Section section = SectionTracer(mesh, cut).longest();
   if (section.points.size() < 2) return fail(ErrorKind::bad_input, "no plane through the middle cuts the mesh");
+  return section;
+}
+
+// Frames along the section from `begin` on, which is a length.
+std::vector<ContactFrame> frames_along(const Section& section, const Bounds& box, double radius, double begin,
+                                       std::size_t most) {
   // A room that the model stands in; one of its walls leaves for the plane of contact.
   const double gap = 0.01 * box.diagonal();
   const std::array<Plane, 6> walls{Plane{{1, 0, 0}, gap - box.low.x}, {{-1, 0, 0}, gap + box.high.x},
@@ -163,7 +181,7 @@ Result<std::vector<ContactFrame>> contact_path(const TriangleMesh& mesh, double 
                                    {{0, 0, 1}, gap - box.low.z},      {{0, 0, -1}, gap + box.high.z}};
   std::vector<ContactFrame> frames;
   const double step = radius / 20.0;
-  double left = 0.0;  // of the way to the next frame
+  double left = begin;  // of the way to the next frame
   for (std::size_t i = 0; i + 1 < section.points.size() && frames.size() < most; ++i) {
     const glm::dvec3 along = section.points[i + 1] - section.points[i];
     const double length = glm::length(along);
@@ -181,6 +199,26 @@ Result<std::vector<ContactFrame>> contact_path(const TriangleMesh& mesh, double 
     left -= length;
   }
   return frames;
+}
+
+}  // namespace
+
+Result<ContactPath> contact_path(const TriangleMesh& mesh, double radius, std::size_t most) {
+  const Result<Section> section = section_of(mesh);
+  if (!section) return tl::unexpected(section.error());
+  return frames_along(*section, bounds_of(mesh.positions), radius, 0.0, most);
+}
+
+Result<std::vector<ContactPath>> contact_stretches(const TriangleMesh& mesh, double radius, std::size_t stretches,
+                                                   std::size_t frames_each) {
+  const Result<Section> section = section_of(mesh);
+  if (!section) return tl::unexpected(section.error());
+  std::vector<ContactPath> paths;
+  for (std::size_t i = 0; i < stretches; ++i) {
+    const double begin = section->length * static_cast<double>(i) / static_cast<double>(stretches);
+    paths.push_back(frames_along(*section, bounds_of(mesh.positions), radius, begin, frames_each));
+  }
+  return paths;
 }
 
 }  // namespace fanstream::bench

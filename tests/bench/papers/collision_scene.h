@@ -32,9 +32,16 @@ Result<CollisionSubject> make_subject(const TriangleMesh& mesh);
 struct ContactFrame {
   Focus focus;
   std::array<Plane, 6> planes;
+  // A ball of half the focus's radius that dips in as deep as the plane.
+  TriangleMesh ball() const;
 };
+using ContactPath = std::vector<ContactFrame>;
+
 // Along the longest curve in which the plane x = middle, a little tilted, cuts the mesh; a frame goes on by a twentieth
 // of the radius. No more than `most` frames. Fails (bad_input) where the plane does not cut the mesh.
-Result<std::vector<ContactFrame>> contact_path(const TriangleMesh& mesh, double radius, std::size_t most);
+Result<ContactPath> contact_path(const TriangleMesh& mesh, double radius, std::size_t most);
+// Stretches of that path, evenly spread over the curve: the same places of a model at every size and radius.
+Result<std::vector<ContactPath>> contact_stretches(const TriangleMesh& mesh, double radius, std::size_t stretches,
+                                                   std::size_t frames_each);
 
 }  // namespace fanstream::bench

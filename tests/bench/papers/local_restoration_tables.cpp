@@ -12,9 +12,8 @@
 #include "client/render/offscreen_renderer.h"
 #include "client/render/plot.h"
 #include "common/fans/fan_shape.h"
-#include "tests/bench/papers/collision_scene.h"
+#include "tests/bench/papers/local_restoration_measure.h"
 #include "tests/bench/papers/papers_report.h"
-#include "tests/bench/thread_clock.h"
 
 namespace fanstream::bench {
 namespace {
@@ -24,112 +23,6 @@ constexpr double kRadius = 0.02;                 // of the focus, by the diagona
 
 void tell(const PapersOptions& options, const std::string& stage) {
   if (options.progress) options.progress("local restoration: " + stage);
-}
-
-// --- Colliding ---
-
-// The least of several rounds, each of all frames, in seconds a frame of CPU time. Rounds of different ways are taken
-// in turn.
-class Rounds {
- public:
-  template <class Way>
-  void run(std::size_t frames, const Way& way) {
-    const double start = thread_cpu_seconds();
-    for (std::size_t f = 0; f < frames; ++f) way(f);
-    best_s_ = std::min(best_s_, (thread_cpu_seconds() - start) / static_cast<double>(frames));
-  }
-  double us() const { return 1e6 * best_s_; }
-
- private:
-  double best_s_ = INFINITY;
-};
-
-// Contacts with some planes, of a surface or a patch.
-template <class Surface>
-void collide(const Surface& surface, std::span<const Plane> planes, PlaneContacts& found) {
-  found.clear();
-  for (const Plane& plane : planes) find_contacts(surface, plane, found, {.least_distance = false});
-}
-void collide_flat(const LiveSurface& surface, std::span<const Plane> planes, PlaneContacts& found) {
-  found.clear();
-  for (const Plane& plane : planes) {
-    surface.visit([](const LiveSurface::Part&) { return true; },
-                  [&](std::uint32_t, const SurfacePatch& patch) {
-                    find_contacts(patch, plane, found, {.least_distance = false});
-                  });
-  }
-}
-
-struct CollisionFigures {
-  double us_restored = 0.0;       // moving the focus and colliding, with the tree
-  double us_move = 0.0;           // of that, moving the focus
-  double us_restored_flat = 0.0;  // moving and then testing every triangle of the restored mesh
-  double us_full = 0.0;           // every triangle of the full mesh
-  double us_full_tree = 0.0;      // the full mesh with the tree
-  double mean_triangles = 0.0, mean_original = 0.0, mean_splits = 0.0, mean_contacts = 0.0, mean_tested = 0.0;
-  double mean_full_contacts = 0.0;
-};
-
-void count_frame(const CollisionSubject& subject, const ContactFrame& frame, CollisionFigures& sum) {
-  const RestorationMove move = subject.local->move(frame.focus);
-  PlaneContacts found;
-  PlaneContacts in_full;
-  collide(subject.local->surface(), frame.planes, found);
-  collide(subject.refined->surface(), frame.planes, in_full);
-  sum.mean_splits += static_cast<double>(move.applied + move.undone);
-  sum.mean_triangles += static_cast<double>(subject.local->surface().triangle_count());
-  subject.local->surface().visit([](const LiveSurface::Part&) { return true; },
-                                 [&](std::uint32_t, const SurfacePatch& patch) {
-                                   for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
-                                     sum.mean_original += patch.is_original(t) ? 1.0 : 0.0;
-                                   }
-                                 });
-  sum.mean_contacts += static_cast<double>(found.touching);
-  sum.mean_tested += static_cast<double>(found.tested_triangles);
-  sum.mean_full_contacts += static_cast<double>(in_full.touching);
-}
-
-// The focus goes along the path and back, so that every round begins where the last one ended.
-std::vector<ContactFrame> there_and_back(std::vector<ContactFrame> path) {
-  const std::size_t count = path.size();
-  for (std::size_t i = count; i-- > 0;) path.push_back(path[i]);
-  return path;
-}
-
-CollisionFigures measure_collision(const CollisionSubject& subject, const std::vector<ContactFrame>& path,
-                                   std::size_t plane_count, int rounds) {
-  CollisionFigures figures;
-  for (const ContactFrame& frame : path) count_frame(subject, frame, figures);
-  const auto frames = static_cast<double>(path.size());
-  for (double* mean : {&figures.mean_triangles, &figures.mean_original, &figures.mean_splits, &figures.mean_contacts,
-                       &figures.mean_tested, &figures.mean_full_contacts}) {
-    *mean /= frames;
-  }
-  PlaneContacts found;
-  Rounds restored, moving, restored_flat, full, full_tree;
-  // Of a large full mesh a few frames tell as much as all do.
-  const std::size_t full_frames =
-      std::min<std::size_t>(path.size(), subject.full.triangles.size() > 50'000 ? 20 : 2000);
-  const auto planes = [&](std::size_t f) { return std::span(path[f].planes).first(plane_count); };
-  for (int round = 0; round < rounds; ++round) {
-    restored.run(path.size(), [&](std::size_t f) {
-      subject.local->move(path[f].focus);
-      collide(subject.local->surface(), planes(f), found);
-    });
-    moving.run(path.size(), [&](std::size_t f) { subject.local->move(path[f].focus); });
-    restored_flat.run(path.size(), [&](std::size_t f) {
-      subject.local->move(path[f].focus);
-      collide_flat(subject.local->surface(), planes(f), found);
-    });
-    full.run(full_frames, [&](std::size_t f) { collide(subject.flat, planes(f), found); });
-    full_tree.run(path.size(), [&](std::size_t f) { collide(subject.refined->surface(), planes(f), found); });
-  }
-  figures.us_restored = restored.us();
-  figures.us_move = moving.us();
-  figures.us_restored_flat = restored_flat.us();
-  figures.us_full = full.us();
-  figures.us_full_tree = full_tree.us();
-  return figures;
 }
 
 // --- Drawing ---
@@ -145,8 +38,7 @@ struct DrawingFigures {
   double ms_both_restored = 0.0, ms_both_full = 0.0;  // and colliding
 };
 
-Result<DrawingFigures> measure_drawing(const CollisionSubject& subject, const std::vector<ContactFrame>& path,
-                                       int rounds) {
+Result<DrawingFigures> measure_drawing(const CollisionSubject& subject, const ContactPath& path, int rounds) {
   Result<OffscreenRenderer> renderer = OffscreenRenderer::create(640, 480);
   if (!renderer) return tl::unexpected(renderer.error());
   const Camera camera = fit(subject.full.positions);
@@ -207,7 +99,7 @@ Section speed_section(const CollisionFigures& room, const CollisionFigures& one,
   row("drawing", 57.92, 52.90, 1e3 * d.ms_restored, 1e3 * d.ms_full);
   row("colliding", 56.30, 30.21, room.us_restored, room.us_full);
   row("both", 49.63, 14.63, 1e3 * d.ms_both_restored, 1e3 * d.ms_both_full);
-  more("colliding, every restored triangle tested", room.us_restored_flat, room.us_full);
+  more("colliding, every restored triangle tested", room.us_one_by_one, room.us_full);
   more("colliding, the full mesh under the tree too", room.us_restored, room.us_full_tree);
   more("colliding, the focus stands still", room.us_restored - room.us_move, room.us_full);
   more("colliding with one plane only", one.us_restored, one.us_full);
@@ -245,21 +137,45 @@ Section growth_section(const std::vector<GrowthRow>& rows) {
                {"move_us", "move, us", 2},
                {"collide_us", "collide, us", 2},
                {"frame_us", "both, us", 2},
+               {"within", "in focus: contacts", 1},
+               {"within_us", "collide, us", 2},
                {"full_tree_us", "full mesh, tree, us", 2},
                {"full_us", "full mesh, us", 1},
-               {"ratio", "full / restored", 1}});
+               {"ratio", "full / restored", 1},
+               {"ball_tested", "ball: tested", 0},
+               {"ball_pairs", "pairs", 1},
+               {"ball_us", "restored, us", 1},
+               {"ball_full_us", "full mesh, us", 1}});
   for (const GrowthRow& r : rows) {
     const CollisionFigures& f = r.figures;
-    table.add_row({std::string(r.fixed_radius ? "same radius" : "same triangles"), whole(std::llround(r.triangles)),
-                   r.radius, f.mean_triangles, f.mean_original, f.mean_splits, f.mean_contacts, f.mean_tested,
-                   f.us_move, f.us_restored - f.us_move, f.us_restored, f.us_full_tree, f.us_full,
-                   f.us_full / f.us_restored});
+    table.add_row({std::string(r.fixed_radius ? "same radius" : "same triangles"),
+                   whole(std::llround(r.triangles)),
+                   r.radius,
+                   f.mean_triangles,
+                   f.mean_original,
+                   f.mean_splits,
+                   f.mean_contacts,
+                   f.mean_tested,
+                   f.us_move,
+                   f.us_restored - f.us_move,
+                   f.us_restored,
+                   f.mean_within,
+                   f.us_within - f.us_move,
+                   f.us_full_tree,
+                   f.us_full,
+                   f.us_full / f.us_restored,
+                   f.mean_ball_tested,
+                   f.mean_ball_pairs,
+                   f.us_ball,
+                   f.us_ball_full});
   }
   return {"local_restoration_growth",
           "Local restoration: time of a frame (the focus moves by a twentieth of its radius; six planes, one of which "
-          "touches) as the "
-          "model grows; dragon_stanford_full reduced. Same triangles: the radius shrinks as the triangles do, so that "
-          "as many are in focus; same radius: the focus holds as many more as the model has",
+          "touches) as the model grows; dragon_stanford_full reduced; 40 stretches of the path, the same places at "
+          "every size. A fixed focus is one that holds as many triangles (same triangles: its radius shrinks as the "
+          "model's triangles do); one of the same radius holds as many more as the model has. In focus: only contacts "
+          "there are asked for. Ball: contacts with a "
+          "mesh of 800 triangles that dips into the surface there, by FCL, the focus standing still",
           std::move(table)};
 }
 
@@ -322,6 +238,8 @@ Section limits_section(const CollisionFigures& small, const std::vector<GrowthRo
   limits.measured("us more each time the model doubles (fit to the logarithm)", range, fitted.b * std::log(2.0));
   limits.measured("R squared of that fit", range, fitted.r_squared);
   limits.measured("power of the triangles: restored", range, power(points));
+  limits.measured("power of the triangles: restored, contacts in focus alone", range,
+                  power(curve(rows, false, &CollisionFigures::us_within)));
   limits.measured("power of the triangles: restored, same radius", range,
                   power(curve(rows, true, &CollisionFigures::us_restored)));
   limits.measured("power of the triangles: full mesh under the tree", range,
@@ -383,10 +301,10 @@ Result<std::vector<GrowthRow>> measure_growth(const PapersOptions& options) {
     const double first_triangles = rows.empty() ? triangles : rows.front().triangles;
     for (const bool fixed_radius : {false, true}) {
       const double radius = fixed_radius ? first_radius : first_radius * std::sqrt(first_triangles / triangles);
-      Result<std::vector<ContactFrame>> path = contact_path(subject->full, radius, fixed_radius ? 200 : 1000);
-      if (!path) return tl::unexpected(path.error());
-      const CollisionFigures figures =
-          measure_collision(*subject, there_and_back(std::move(*path)), 6, options.quick ? 2 : 5);
+      const Result<std::vector<ContactPath>> stretches =
+          contact_stretches(subject->full, radius, 40, fixed_radius ? 5 : 25);
+      if (!stretches) return tl::unexpected(stretches.error());
+      const CollisionFigures figures = measure_collision(*subject, *stretches, 6, options.quick ? 2 : 5);
       rows.push_back({triangles, fixed_radius, radius / subject->diagonal, figures});
     }
   }
@@ -413,7 +331,7 @@ Result<void> draw_picture(const CollisionSubject& subject, const std::filesystem
   FitOptions whole;
   whole.aspect = 640.0 / 720.0;
   const Camera camera = fit(subject.full.positions, whole);
-  const Result<std::vector<ContactFrame>> path = contact_path(subject.full, 0.05 * subject.diagonal, 5000);
+  const Result<ContactPath> path = contact_path(subject.full, 0.05 * subject.diagonal, 5000);
   if (!path) return tl::unexpected(path.error());
   std::vector<ContactSheetEntry> entries;
   const auto add = [&](const LiveSurface& surface, const std::string& caption) -> Result<void> {
@@ -454,11 +372,12 @@ Result<std::vector<Section>> measure_local_restoration(const PapersOptions& opti
   if (!subject) return tl::unexpected(subject.error());
   tell(options, "colliding and drawing");
   const double radius = kRadius * subject->diagonal;
-  Result<std::vector<ContactFrame>> path = contact_path(subject->full, radius, 5000);
+  const Result<ContactPath> path = contact_path(subject->full, radius, 5000);
+  const Result<std::vector<ContactPath>> stretches = contact_stretches(subject->full, radius, 40, 50);
   if (!path) return tl::unexpected(path.error());
-  const std::vector<ContactFrame> tour = there_and_back(*path);
-  const CollisionFigures room = measure_collision(*subject, tour, 6, options.quick ? 3 : 15);
-  const CollisionFigures one = measure_collision(*subject, tour, 1, options.quick ? 3 : 15);
+  if (!stretches) return tl::unexpected(stretches.error());
+  const CollisionFigures room = measure_collision(*subject, *stretches, 6, options.quick ? 3 : 15);
+  const CollisionFigures one = measure_collision(*subject, *stretches, 1, options.quick ? 3 : 15);
   const Result<DrawingFigures> drawing = measure_drawing(*subject, *path, options.quick ? 15 : 60);
   if (!drawing) return tl::unexpected(drawing.error());
   if (auto drawn = draw_picture(*subject, options.pictures / "local_restoration.png"); !drawn) {
