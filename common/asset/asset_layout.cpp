@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "common/coding/base_coder.h"
+#include "common/coding/base_places.h"
 #include "common/coding/next_split.h"
 
 namespace fanstream {
@@ -92,9 +92,15 @@ void write_head(const AssetHead& head, std::span<const std::byte> coded_base, By
   for (const std::uint8_t end : head.slab_ends) out.u8(end);
   out.varint(head.root_cell_count);
   out.u8(head.has_pages ? 1 : 0);
+  head.precision.write(out);
   head.statistics.write(out);
   out.varint(coded_base.size());
   out.bytes(coded_base);
+  if (!head.precision.is_exact()) {
+    const auto exact = encode_exact_places(head.base.places, head.exact_base, head.precision.lattice(0));
+    out.varint(exact.size());
+    out.bytes(exact);
+  }
   if (head.polygon_bytes != 0) out.varint(head.polygon_bytes);
 }
 
@@ -125,6 +131,27 @@ Result<void> read_layers(ByteReader& in, AssetHead& head, const std::string& nam
   return {};
 }
 
+Result<void> read_base(std::span<const std::byte> coded, std::span<const std::byte> exact, AssetHead& head,
+                       const std::string& name) {
+  Result<BaseMesh> base = decode_base(coded, head.vertex_count);
+  if (!base) return tl::unexpected(with_context(base.error(), name + ": FM0"));
+  head.base = std::move(*base);
+  const auto off_the_grid = [&] { return fail(ErrorKind::bad_input, name + ": FM0 has a vertex off the grid"); };
+  if (!head.precision.is_exact()) {
+    const PlaceLattice& lattice = head.precision.lattice(0);
+    for (const GridPoint& point : head.base.places) {
+      if (!lattice.contains(point)) return off_the_grid();
+    }
+    Result<std::vector<std::uint8_t>> flags = decode_exact_places(exact, lattice, head.base.places);
+    if (!flags) return tl::unexpected(with_context(flags.error(), name + ": FM0"));
+    head.exact_base = std::move(*flags);
+  }
+  for (const GridPoint& place : head.base.places) {
+    if (!head.grid.contains(place)) return off_the_grid();
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string& name) {
@@ -145,15 +172,19 @@ Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string&
   if (!grid) return tl::unexpected(with_context(grid.error(), name));
   head.grid = std::move(*grid);
   if (Result<void> layers = read_layers(in, head, name); !layers) return tl::unexpected(layers.error());
+  Result<PlacePrecision> precision = PlacePrecision::read(in, head.grid, head.generation_count());
+  if (!precision) return tl::unexpected(with_context(precision.error(), name));
+  head.precision = *precision;
   const std::size_t statistics_at = in.position();
   Result<SplitStatistics> statistics = SplitStatistics::read(in);
   if (!statistics) return tl::unexpected(with_context(statistics.error(), name));
   head.statistics = *statistics;
   head.statistics_bytes = static_cast<std::uint32_t>(in.position() - statistics_at);
-  const std::uint64_t base_bytes = in.varint();
-  if (in.failed() || base_bytes > in.remaining()) return tl::unexpected(in.error(name, "FM0 does not fit the head"));
-  head.base_bytes = static_cast<std::uint32_t>(base_bytes);
-  const std::span<const std::byte> coded_base = in.bytes(static_cast<std::size_t>(base_bytes));
+  const auto sized = [&] { return in.bytes(static_cast<std::size_t>(std::min<std::uint64_t>(in.varint(), bytes.size()))); };
+  const std::span<const std::byte> coded_base = sized();
+  const std::span<const std::byte> exact = head.precision.is_exact() ? std::span<const std::byte>() : sized();
+  if (in.failed()) return tl::unexpected(in.error(name, "FM0 does not fit the head"));
+  head.base_bytes = static_cast<std::uint32_t>(coded_base.size());
   if (in.remaining() != 0) {
     const std::uint64_t polygon_bytes = in.varint();
     if (in.failed() || in.remaining() != 0 || polygon_bytes == 0 || polygon_bytes > kMostPolygonBytes) {
@@ -161,12 +192,7 @@ Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string&
     }
     head.polygon_bytes = static_cast<std::uint32_t>(polygon_bytes);
   }
-  Result<BaseMesh> base = decode_base(coded_base, head.vertex_count);
-  if (!base) return tl::unexpected(with_context(base.error(), name + ": FM0"));
-  head.base = std::move(*base);
-  for (const GridPoint& place : head.base.places) {
-    if (!head.grid.contains(place)) return fail(ErrorKind::bad_input, name + ": FM0 has a vertex off the grid");
-  }
+  if (Result<void> base = read_base(coded_base, exact, head, name); !base) return tl::unexpected(base.error());
   if ((head.root_cell_count == 0) != head.layer_ends.empty() || head.root_cell_count > head.base.places.size()) {
     return fail(ErrorKind::bad_input, name + ": impossible number of cells for FM0");
   }

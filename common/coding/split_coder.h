@@ -10,6 +10,7 @@
 
 #include "common/coding/large_value.h"
 #include "common/coding/next_split.h"
+#include "common/coding/place_precision.h"
 #include "common/coding/residual_tables.h"
 #include "common/coding/ring_geometry.h"
 #include "common/coding/split_model.h"
@@ -24,6 +25,9 @@ struct SplitInProgress {
   // The generations in which root and new vertex are split next: given to an encoder, found by a decoder.
   std::uint8_t root_next = kNeverSplit;
   std::uint8_t added_next = kNeverSplit;
+  // Of a vertex that is never split again, what its place has beyond the generation's lattice: likewise.
+  LowBits kept_low = 0;
+  LowBits added_low = 0;
   std::uint32_t length = 1;  // of the arc, in ring steps
   std::uint32_t rank = 0;    // of the arc among those of its length; on an open ring, from the gap
   Opening opening = Opening::closed;
@@ -174,7 +178,8 @@ template <class Coder>
 
 }  // namespace detail
 
-// Codes everything of the splits but their roots. `vertices` are the mesh's as it is before all of them.
+// Codes everything of the splits but their roots and low bits. Displacements and shifts are in points of the
+// generation's lattice, whose spacing is `units`. `vertices` are the mesh's as it is before all of them.
 template <class Coder>
 void code_splits(Coder& original, const SplitModel& model, const AxisUnits& units, std::span<const FanVertex> vertices,
                  const CodingTime& time, std::span<SplitInProgress> splits) {
