@@ -81,53 +81,70 @@ std::vector<std::byte> assemble_file(AssetPreamble sizes, std::span<const std::b
   return file.take();
 }
 
+namespace {
+
+// A bit for each generation but the last, whether a layer ends with it; likewise for layers and slabs.
+void write_layers(const AssetHead& head, ByteWriter& out) {
+  out.u8(static_cast<std::uint8_t>(head.generation_count()));
+  if (head.layer_ends.empty()) return;
+  out.varint(head.root_cell_count);
+  const auto write_ends = [](const std::vector<std::uint8_t>& ends, BitWriter& bits) {
+    for (std::uint32_t i = 1; i < ends.back(); ++i) bits.bit(std::find(ends.begin(), ends.end(), i) != ends.end());
+  };
+  BitWriter bits(out);
+  write_ends(head.layer_ends, bits);
+  write_ends(head.slab_ends, bits);
+  bits.bit(head.has_pages);
+  head.precision.write(bits);
+  bits.finish();
+}
+
+}  // namespace
+
 void write_head(const AssetHead& head, std::span<const std::byte> coded_base, ByteWriter& out) {
   out.varint(head.vertex_count);
   out.varint(head.triangle_count);
   out.varint(head.component_count);
   head.grid.write(out);
-  out.u8(static_cast<std::uint8_t>(head.layer_ends.size()));
-  for (const std::uint8_t end : head.layer_ends) out.u8(end);
-  out.u8(static_cast<std::uint8_t>(head.slab_ends.size()));
-  for (const std::uint8_t end : head.slab_ends) out.u8(end);
-  out.varint(head.root_cell_count);
-  out.u8(head.has_pages ? 1 : 0);
-  head.precision.write(out);
+  write_layers(head, out);
   head.statistics.write(out);
-  out.varint(coded_base.size());
-  out.bytes(coded_base);
   if (!head.precision.is_exact()) {
     const auto exact = encode_exact_places(head.base.places, head.exact_base, head.precision.lattice(0));
     out.varint(exact.size());
     out.bytes(exact);
   }
+  out.varint(coded_base.size());
+  out.bytes(coded_base);
   if (head.polygon_bytes != 0) out.varint(head.polygon_bytes);
 }
 
 namespace {
 
-// Ends that rise strictly to `most` at the last.
-bool rises(const std::vector<std::uint8_t>& ends, std::size_t most) {
-  for (std::size_t i = 0; i < ends.size(); ++i) {
-    if (ends[i] == 0 || (i > 0 && ends[i] <= ends[i - 1])) return false;
-  }
-  return ends.empty() || ends.back() <= most;
-}
-
 Result<void> read_layers(ByteReader& in, AssetHead& head, const std::string& name) {
-  head.layer_ends.resize(in.u8());
-  for (std::uint8_t& end : head.layer_ends) end = in.u8();
-  head.slab_ends.resize(in.u8());
-  for (std::uint8_t& end : head.slab_ends) end = in.u8();
+  const std::uint32_t generations = in.u8();
+  if (in.failed() || generations > kMostGenerations) return tl::unexpected(in.error(name, "impossible layers"));
+  if (generations == 0) {
+    head.precision = PlacePrecision({}, head.grid);
+    return {};
+  }
   head.root_cell_count = static_cast<std::uint32_t>(std::min<std::uint64_t>(in.varint(), 0xFFFFFFFFU));
-  const std::uint8_t pages = in.u8();
-  head.has_pages = pages == 1;
-  const bool layers_used =
-      head.slab_ends.empty() ? head.layer_ends.empty() : head.slab_ends.back() == head.layer_ends.size();
-  if (in.failed() || !rises(head.layer_ends, kMostGenerations) || !rises(head.slab_ends, head.layer_ends.size()) ||
-      !layers_used || pages > 1 || (head.has_pages && head.slab_ends.size() < 2)) {
+  BitReader bits(in);
+  const auto read_ends = [&](std::uint32_t last) {
+    std::vector<std::uint8_t> ends;
+    for (std::uint32_t i = 1; i <= last; ++i) {
+      if (i == last || bits.bit()) ends.push_back(static_cast<std::uint8_t>(i));
+    }
+    return ends;
+  };
+  head.layer_ends = read_ends(generations);
+  head.slab_ends = read_ends(static_cast<std::uint32_t>(head.layer_ends.size()));
+  head.has_pages = bits.bit();
+  if (in.failed() || (head.has_pages && head.slab_ends.size() < 2)) {
     return tl::unexpected(in.error(name, "impossible layers"));
   }
+  Result<PlacePrecision> precision = PlacePrecision::read(bits, head.grid, generations);
+  if (!precision) return tl::unexpected(with_context(precision.error(), name));
+  head.precision = *precision;
   return {};
 }
 
@@ -172,17 +189,14 @@ Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string&
   if (!grid) return tl::unexpected(with_context(grid.error(), name));
   head.grid = std::move(*grid);
   if (Result<void> layers = read_layers(in, head, name); !layers) return tl::unexpected(layers.error());
-  Result<PlacePrecision> precision = PlacePrecision::read(in, head.grid, head.generation_count());
-  if (!precision) return tl::unexpected(with_context(precision.error(), name));
-  head.precision = *precision;
   const std::size_t statistics_at = in.position();
   Result<SplitStatistics> statistics = SplitStatistics::read(in);
   if (!statistics) return tl::unexpected(with_context(statistics.error(), name));
   head.statistics = *statistics;
   head.statistics_bytes = static_cast<std::uint32_t>(in.position() - statistics_at);
   const auto sized = [&] { return in.bytes(static_cast<std::size_t>(std::min<std::uint64_t>(in.varint(), bytes.size()))); };
-  const std::span<const std::byte> coded_base = sized();
   const std::span<const std::byte> exact = head.precision.is_exact() ? std::span<const std::byte>() : sized();
+  const std::span<const std::byte> coded_base = sized();
   if (in.failed()) return tl::unexpected(in.error(name, "FM0 does not fit the head"));
   head.base_bytes = static_cast<std::uint32_t>(coded_base.size());
   if (in.remaining() != 0) {

@@ -32,43 +32,30 @@ bool PlacePrecision::operator==(const PlacePrecision& other) const {
 }
 
 // What FM0 leaves out, then a bit for each change: 1 for a bit less, 0 for the next generation.
-void PlacePrecision::write(ByteWriter& out) const {
+void PlacePrecision::write(BitWriter& out) const {
   std::uint32_t left = left_out(0);
-  out.u8(static_cast<std::uint8_t>(left));
-  std::uint32_t byte = 0;
-  std::uint32_t count = 0;
-  const auto bit = [&](std::uint32_t value) {
-    byte |= value << count++;
-    if (count < 8) return;
-    out.u8(static_cast<std::uint8_t>(byte));
-    byte = count = 0;
-  };
+  out.bits(kLeftOutBits, left);
   for (std::uint32_t generation = 1; left > 0; ++generation) {
-    bit(0);
-    for (; left > left_out(generation); --left) bit(1);
+    out.bit(false);
+    for (; left > left_out(generation); --left) out.bit(true);
   }
-  if (count > 0) out.u8(static_cast<std::uint8_t>(byte));
 }
 
-Result<PlacePrecision> PlacePrecision::read(ByteReader& in, const PositionGrid& grid,
-                                            std::uint32_t generation_count) {
-  std::uint32_t left = in.u8();
-  if (in.failed() || left > most_left_out(grid)) {
-    return tl::unexpected(in.error("precision of places", "more bits left out than there are"));
-  }
+Result<PlacePrecision> PlacePrecision::read(BitReader& in, const PositionGrid& grid, std::uint32_t generation_count) {
+  const auto impossible = [&] { return tl::unexpected(in.bytes().error("precision of places", "impossible")); };
+  std::uint32_t left = in.bits(kLeftOutBits);
+  if (left > most_left_out(grid)) return impossible();
   std::vector<std::uint8_t> left_out{static_cast<std::uint8_t>(left)};
-  std::uint32_t byte = 0;
-  for (std::uint32_t at = 0; left > 0; ++at) {
-    if (at % 8 == 0) byte = in.u8();
-    if (((byte >> (at % 8)) & 1U) != 0) {
+  while (left > 0) {
+    if (in.bit()) {
       left_out.back() = static_cast<std::uint8_t>(--left);
     } else if (left_out.size() <= generation_count) {
       left_out.push_back(static_cast<std::uint8_t>(left));
     } else {
-      return tl::unexpected(in.error("precision of places", "bits left out by the last generation"));
+      return impossible();  // the last generation leaves out nothing
     }
   }
-  if (in.failed()) return tl::unexpected(in.error("precision of places", "cut short"));
+  if (in.bytes().failed()) return impossible();
   return PlacePrecision(left_out, grid);
 }
 

@@ -15,6 +15,7 @@
 
 #include "common/coding/fan_vertex.h"
 #include "common/grid/position_grid.h"
+#include "common/support/bit_io.h"
 
 namespace fanstream {
 
@@ -116,10 +117,11 @@ class PlacePrecision {
 
   // read() fails on anything malformed and names the byte. `generation_count`: of the asset, whose last generation
   // leaves out nothing.
-  void write(ByteWriter& out) const;
-  static Result<PlacePrecision> read(ByteReader& in, const PositionGrid& grid, std::uint32_t generation_count);
+  void write(BitWriter& out) const;
+  static Result<PlacePrecision> read(BitReader& in, const PositionGrid& grid, std::uint32_t generation_count);
 
  private:
+  static constexpr int kLeftOutBits = 4;
   std::array<PlaceLattice, kMostGenerations + 1> lattices_{};
 };
 

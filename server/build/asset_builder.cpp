@@ -96,8 +96,7 @@ class Builder {
   }
 
   void choose_precision_of(const MergeHistory& history) {
-    const char* f = getenv("FS_STEP");
-    head_.precision = choose_precision(mesh_, history, head_.grid, f ? atof(f) : 0.15);
+    head_.precision = choose_precision(mesh_, history, head_.grid, options_.place_noise);
   }
 
   void plan(const MergeHistory& history) {
