@@ -194,7 +194,9 @@ Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string&
   if (!statistics) return tl::unexpected(with_context(statistics.error(), name));
   head.statistics = *statistics;
   head.statistics_bytes = static_cast<std::uint32_t>(in.position() - statistics_at);
-  const auto sized = [&] { return in.bytes(static_cast<std::size_t>(std::min<std::uint64_t>(in.varint(), bytes.size()))); };
+  const auto sized = [&] {
+    return in.bytes(static_cast<std::size_t>(std::min<std::uint64_t>(in.varint(), bytes.size())));
+  };
   const std::span<const std::byte> exact = head.precision.is_exact() ? std::span<const std::byte>() : sized();
   const std::span<const std::byte> coded_base = sized();
   if (in.failed()) return tl::unexpected(in.error(name, "FM0 does not fit the head"));

@@ -1,5 +1,5 @@
-// Places of FM0 on the lattice that its vertices are known on (PlacePrecision), which is what Draco codes, and what those
-// have beyond it that are never split.
+// Places of FM0 on the lattice that its vertices are known on (PlacePrecision), which is what Draco codes, and what
+// those have beyond it that are never split.
 #pragma once
 
 #include <cstddef>

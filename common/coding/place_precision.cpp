@@ -1,6 +1,8 @@
 #include "common/coding/place_precision.h"
 
 #include <algorithm>
+#include <bit>
+#include <vector>
 
 namespace fanstream {
 PlacePrecision::PlacePrecision(std::span<const std::uint8_t> left_out, const PositionGrid& grid) {
@@ -9,9 +11,10 @@ PlacePrecision::PlacePrecision(std::span<const std::uint8_t> left_out, const Pos
     for (int axis = 0; axis < 3; ++axis) {
       lattice.last[axis] = grid.code_count(axis) - 1;
       if (generation >= left_out.size() || grid.is_listed(axis)) continue;
-      lattice.left_out += left_out[generation];
-      lattice.shift[axis] = left_out[generation];
-      lattice.half[axis] = (1 << left_out[generation]) >> 1;
+      const int bits = std::bit_width(static_cast<std::uint32_t>(lattice.last[axis]));
+      lattice.shift[axis] = std::min<std::int32_t>(left_out[generation], std::max(bits - 1, 0));
+      lattice.half[axis] = (1 << lattice.shift[axis]) >> 1;
+      lattice.left_out += static_cast<std::uint32_t>(lattice.shift[axis]);
     }
   }
 }

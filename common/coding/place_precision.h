@@ -1,17 +1,16 @@
 // How exactly the places of vertices are known while they are to be split again.
 //
-// A coarse mesh is off the model by many steps of the grid; there the low bits of its places are noise that costs bytes.
-// So each generation has a lattice, a coarser grid that leaves low bits out, and a vertex that was last split or made in
-// generation t (0: with FM0), and is to be split again, is known on the lattice of t. A vertex that is never split again
-// is known exactly. All that is left out comes with later splits: what is known of a vertex follows from its
-// VertexContext alone, however the mesh came to be.
+// A coarse mesh is off the model by many steps of the grid; there the low bits of its places are noise that costs
+// bytes. So each generation has a lattice, a coarser grid that leaves low bits out, and a vertex that was last split or
+// made in generation t (0: with FM0), and is to be split again, is known on the lattice of t. A vertex that is never
+// split again is known exactly. All that is left out comes with later splits: what is known of a vertex follows from
+// its VertexContext alone, however the mesh came to be.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "common/coding/fan_vertex.h"
 #include "common/grid/position_grid.h"
@@ -28,9 +27,7 @@ struct PlaceLattice {
 
   bool is_exact() const { return left_out == 0; }
   glm::vec3 cell_size() const { return {1 << shift.x, 1 << shift.y, 1 << shift.z}; }  // in codes
-  GridPoint point_of(const GridPoint& code) const {
-    return {code.x >> shift.x, code.y >> shift.y, code.z >> shift.z};
-  }
+  GridPoint point_of(const GridPoint& code) const { return {code.x >> shift.x, code.y >> shift.y, code.z >> shift.z}; }
   bool contains(const GridPoint& point) const {
     const auto within = [](std::int32_t value, std::int32_t most) {
       return static_cast<std::uint32_t>(value) <= static_cast<std::uint32_t>(most);
@@ -48,12 +45,12 @@ struct PlaceLattice {
   }
 };
 
-// Low bits of one or two lattices' difference, the axes' behind one another, x lowest.
+// What a finer lattice has of a point beyond a coarser one: the low bits of the axes behind one another, x lowest.
 using LowBits = std::uint64_t;
 
 // From a coarser lattice to a finer one, or to the codes themselves.
 struct LatticeStep {
-  GridPoint bits;             // by axis
+  GridPoint bits;           // by axis
   std::uint32_t bit_count;  // all together
   LatticeStep(const PlaceLattice& from, const PlaceLattice& to)
       : bits(from.shift - to.shift), bit_count(from.left_out - to.left_out) {}
@@ -97,15 +94,16 @@ class PlacePrecision {
 
   // Everything is known exactly.
   PlacePrecision() = default;
-  // `left_out`: the bits that each generation leaves out of an axis, from FM0 on; of an axis with listed values, none.
+  // `left_out`: the bits that each generation leaves out of an axis, from FM0 on; of an axis with listed values, none,
+  // and of a short one at most all but the highest.
   // Precondition: none exceeds most_left_out(grid), none is more than the one before, and there are at most
   // kMostGenerations + 1; generations behind the last leave out nothing.
   PlacePrecision(std::span<const std::uint8_t> left_out, const PositionGrid& grid);
   // 0 if all axes are listed.
   static std::uint32_t most_left_out(const PositionGrid& grid);
 
-  bool is_exact() const { return lattices_[0].is_exact(); }    // in all generations
-  std::uint32_t left_out(std::uint32_t generation) const;  // bits of an axis
+  bool is_exact() const { return lattices_[0].is_exact(); }  // in all generations
+  std::uint32_t left_out(std::uint32_t generation) const;    // bits of an axis
   const PlaceLattice& lattice(std::uint32_t generation) const { return lattices_[generation]; }
   // Of a vertex as its context says, given where it lies: what is shown of it.
   GridPoint shown(const GridPoint& code, const VertexContext& context) const {

@@ -37,15 +37,19 @@ struct CellCoding {
   };
   const SplitModel& model;
   const PositionGrid& grid;
-  AxisUnits units;          // of codes
-  AxisUnits lattice_units;  // of the lattice of the generation at hand
+  AxisUnits units;                // of codes
+  AxisUnits lattice_units;        // of the lattice of the generation at hand
   std::uint32_t last_generation;  // of the asset
   std::array<SplitInProgress, kBatch> batch;
   std::vector<Root> roots;  // the first root_count: those of one generation of a cell behind those of another
   std::size_t root_count = 0;
 
   CellCoding(const SplitModel& split_model, const PositionGrid& position_grid, std::uint32_t generation_count)
-      : model(split_model), grid(position_grid), units(grid.unit()), lattice_units(units), last_generation(generation_count) {}
+      : model(split_model),
+        grid(position_grid),
+        units(grid.unit()),
+        lattice_units(units),
+        last_generation(generation_count) {}
 
   void use_lattice(const PlaceLattice& lattice) {
     lattice_units = lattice.is_exact() ? units : AxisUnits(grid.unit() * lattice.cell_size());
@@ -157,7 +161,8 @@ void code_last_low_bits(Coder& coder, const PlaceLattice& lattice, std::span<Spl
 // What is known of the places after a split. False where they leave the grid.
 inline bool find_places(const SplitInProgress& s, const GridPoint& parent, std::uint32_t generation,
                         const PlaceLattice& lattice, const PositionGrid& grid, SplitPlaces& places) {
-  places = places_after_split(lattice.point_of(parent), s.split.parent, s.split.displacement, generation, s.split.shift);
+  places =
+      places_after_split(lattice.point_of(parent), s.split.parent, s.split.displacement, generation, s.split.shift);
   if (!lattice.is_exact()) [[unlikely]] {
     if (!lattice.contains(places.kept) || !lattice.contains(places.added)) return false;
     const auto known = [&](const GridPoint& point, std::uint8_t next, LowBits low) {
@@ -220,7 +225,8 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 // DecodedSplits. It has
 //   void describe(SplitInProgress&), which fills in the split of split.root, when both vertices are split next, and the
 //   low bits of those that never are; and for an encoder
-//   LowBits root_low_bits(VertexId root), those of its place that the generation's lattice has and the last one had not,
+//   LowBits root_low_bits(VertexId root), those of its place that the generation's lattice has and the last one had
+//   not,
 // and is told made(const SplitUndo&, VertexId added) of each split. Splits come in rounds: the first of every root,
 // then the second of those that have two, and so on; a root's next one is asked for after the one before was made.
 // `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid or outnumber

@@ -22,8 +22,8 @@ CodedHistory::CodedHistory(const MergeHistory& merges, std::vector<GridPoint> pl
     displacements[m] = lattice.point_of(places[merge.removed]) - root;
     if (merge.parent == ParentPosition::free) {
       // On the grid, cut off or not: halfway is, and so is the parent.
-      const GridPoint wanted = lattice.point_of(grid.encode(history.free_places[m])) - root -
-                               halfway_offset(displacements[m], generation);
+      const GridPoint wanted =
+          lattice.point_of(grid.encode(history.free_places[m])) - root - halfway_offset(displacements[m], generation);
       shifts[m] = glm::clamp(wanted, GridPoint(-kMostShift), GridPoint(kMostShift));
     }
     if (!low_bits.empty()) {

@@ -69,14 +69,16 @@ double sampled_distance(const TriangleMesh& model, const TriangleMesh& level) {
   return std::sqrt(sum / count);
 }
 
-// Between two levels straight in logarithms; before the first and behind the last in inverse proportion to the vertices.
+// Between two levels straight in logarithms; before the first and behind the last in inverse proportion to the
+// vertices.
 double distance_at(const std::vector<LevelDistance>& levels, double vertices) {
   const auto below = std::find_if(levels.begin(), levels.end(), [&](const auto& l) { return l.vertices <= vertices; });
   if (below == levels.begin()) return below->rms * below->vertices / vertices;
   if (below == levels.end()) return levels.back().rms * levels.back().vertices / vertices;
   const LevelDistance& fine = below[-1];
   if (!(fine.rms > 0.0) || !(below->rms > 0.0)) return 0.0;
-  const double share = std::log(vertices / below->vertices) / std::log(static_cast<double>(fine.vertices) / below->vertices);
+  const double share =
+      std::log(vertices / below->vertices) / std::log(static_cast<double>(fine.vertices) / below->vertices);
   return below->rms * std::pow(fine.rms / below->rms, share);
 }
 

@@ -88,8 +88,17 @@ TEST(PlacePrecision, AxesWithListedValuesStayExact) {
   EXPECT_EQ(precision.lattice(0).left_out, 8U);
   EXPECT_EQ(precision.left_out(0), 4U);
   EXPECT_EQ(precision.shown({7, 33, 33}, {0, 1, 0}), GridPoint(7, 40, 40));
-  const PositionGrid all = PositionGrid::fit(std::vector<glm::dvec3>(400, {1, 2, 3}), 12);
-  for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(all.code_count(axis), 1);
+}
+
+TEST(PlacePrecision, ShortAxesKeepTheirHighestBit) {
+  const PositionGrid grid = PositionGrid::fit({{0, 0, 0}, {1, 6.2 / 1023, 0}}, 10);
+  ASSERT_EQ(grid.code_count(1), 7);
+  ASSERT_EQ(grid.code_count(2), 1);
+  const PlacePrecision precision(std::vector<std::uint8_t>{5, 1, 0}, grid);
+  EXPECT_EQ(precision.lattice(0).shift, GridPoint(5, 2, 0));
+  EXPECT_EQ(precision.lattice(0).left_out, 7U);
+  EXPECT_EQ(precision.lattice(1).shift, GridPoint(1, 1, 0));
+  EXPECT_EQ(precision.shown({1023, 6, 0}, {0, 1, 0}), GridPoint(1008, 6, 0));
 }
 
 TEST(PlacePrecision, ComesBackFromItsBits) {
