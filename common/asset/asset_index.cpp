@@ -383,6 +383,12 @@ class IndexReader {
     index_.base_next_splits.assign(head_.base.places.size(), kNeverSplit);
     code_base(decoder, head_, index_.base_next_splits);
     if (!decoder.finished_cleanly()) return tl::unexpected(in_.error(name_, "damaged before"));
+    for (std::size_t v = 0; v < head_.exact_base.size(); ++v) {
+      if ((head_.exact_base[v] != 0) != (index_.base_next_splits[v] == kNeverSplit)) {
+        return tl::unexpected(
+            in_.error(name_, "vertices of FM0 are split that the head says are not, or the reverse, before"));
+      }
+    }
     return {};
   }
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "common/coding/base_coder.h"
+#include "common/coding/base_places.h"
 #include "common/coding/next_split.h"
 
 namespace fanstream {
@@ -81,18 +81,38 @@ std::vector<std::byte> assemble_file(AssetPreamble sizes, std::span<const std::b
   return file.take();
 }
 
+namespace {
+
+// A bit for each generation but the last, whether a layer ends with it; likewise for layers and slabs.
+void write_layers(const AssetHead& head, ByteWriter& out) {
+  out.u8(static_cast<std::uint8_t>(head.generation_count()));
+  if (head.layer_ends.empty()) return;
+  out.varint(head.root_cell_count);
+  const auto write_ends = [](const std::vector<std::uint8_t>& ends, BitWriter& bits) {
+    for (std::uint32_t i = 1; i < ends.back(); ++i) bits.bit(std::find(ends.begin(), ends.end(), i) != ends.end());
+  };
+  BitWriter bits(out);
+  write_ends(head.layer_ends, bits);
+  write_ends(head.slab_ends, bits);
+  bits.bit(head.has_pages);
+  head.precision.write(bits);
+  bits.finish();
+}
+
+}  // namespace
+
 void write_head(const AssetHead& head, std::span<const std::byte> coded_base, ByteWriter& out) {
   out.varint(head.vertex_count);
   out.varint(head.triangle_count);
   out.varint(head.component_count);
   head.grid.write(out);
-  out.u8(static_cast<std::uint8_t>(head.layer_ends.size()));
-  for (const std::uint8_t end : head.layer_ends) out.u8(end);
-  out.u8(static_cast<std::uint8_t>(head.slab_ends.size()));
-  for (const std::uint8_t end : head.slab_ends) out.u8(end);
-  out.varint(head.root_cell_count);
-  out.u8(head.has_pages ? 1 : 0);
+  write_layers(head, out);
   head.statistics.write(out);
+  if (!head.precision.is_exact()) {
+    const auto exact = encode_exact_places(head.base.places, head.exact_base, head.precision.lattice(0));
+    out.varint(exact.size());
+    out.bytes(exact);
+  }
   out.varint(coded_base.size());
   out.bytes(coded_base);
   if (head.polygon_bytes != 0) out.varint(head.polygon_bytes);
@@ -100,27 +120,51 @@ void write_head(const AssetHead& head, std::span<const std::byte> coded_base, By
 
 namespace {
 
-// Ends that rise strictly to `most` at the last.
-bool rises(const std::vector<std::uint8_t>& ends, std::size_t most) {
-  for (std::size_t i = 0; i < ends.size(); ++i) {
-    if (ends[i] == 0 || (i > 0 && ends[i] <= ends[i - 1])) return false;
+Result<void> read_layers(ByteReader& in, AssetHead& head, const std::string& name) {
+  const std::uint32_t generations = in.u8();
+  if (in.failed() || generations > kMostGenerations) return tl::unexpected(in.error(name, "impossible layers"));
+  if (generations == 0) {
+    head.precision = PlacePrecision({}, head.grid);
+    return {};
   }
-  return ends.empty() || ends.back() <= most;
+  head.root_cell_count = static_cast<std::uint32_t>(std::min<std::uint64_t>(in.varint(), 0xFFFFFFFFU));
+  BitReader bits(in);
+  const auto read_ends = [&](std::uint32_t last) {
+    std::vector<std::uint8_t> ends;
+    for (std::uint32_t i = 1; i <= last; ++i) {
+      if (i == last || bits.bit()) ends.push_back(static_cast<std::uint8_t>(i));
+    }
+    return ends;
+  };
+  head.layer_ends = read_ends(generations);
+  head.slab_ends = read_ends(static_cast<std::uint32_t>(head.layer_ends.size()));
+  head.has_pages = bits.bit();
+  if (in.failed() || (head.has_pages && head.slab_ends.size() < 2)) {
+    return tl::unexpected(in.error(name, "impossible layers"));
+  }
+  Result<PlacePrecision> precision = PlacePrecision::read(bits, head.grid, generations);
+  if (!precision) return tl::unexpected(with_context(precision.error(), name));
+  head.precision = *precision;
+  return {};
 }
 
-Result<void> read_layers(ByteReader& in, AssetHead& head, const std::string& name) {
-  head.layer_ends.resize(in.u8());
-  for (std::uint8_t& end : head.layer_ends) end = in.u8();
-  head.slab_ends.resize(in.u8());
-  for (std::uint8_t& end : head.slab_ends) end = in.u8();
-  head.root_cell_count = static_cast<std::uint32_t>(std::min<std::uint64_t>(in.varint(), 0xFFFFFFFFU));
-  const std::uint8_t pages = in.u8();
-  head.has_pages = pages == 1;
-  const bool layers_used =
-      head.slab_ends.empty() ? head.layer_ends.empty() : head.slab_ends.back() == head.layer_ends.size();
-  if (in.failed() || !rises(head.layer_ends, kMostGenerations) || !rises(head.slab_ends, head.layer_ends.size()) ||
-      !layers_used || pages > 1 || (head.has_pages && head.slab_ends.size() < 2)) {
-    return tl::unexpected(in.error(name, "impossible layers"));
+Result<void> read_base(std::span<const std::byte> coded, std::span<const std::byte> exact, AssetHead& head,
+                       const std::string& name) {
+  Result<BaseMesh> base = decode_base(coded, head.vertex_count);
+  if (!base) return tl::unexpected(with_context(base.error(), name + ": FM0"));
+  head.base = std::move(*base);
+  const auto off_the_grid = [&] { return fail(ErrorKind::bad_input, name + ": FM0 has a vertex off the grid"); };
+  if (!head.precision.is_exact()) {
+    const PlaceLattice& lattice = head.precision.lattice(0);
+    for (const GridPoint& point : head.base.places) {
+      if (!lattice.contains(point)) return off_the_grid();
+    }
+    Result<std::vector<std::uint8_t>> flags = decode_exact_places(exact, lattice, head.base.places);
+    if (!flags) return tl::unexpected(with_context(flags.error(), name + ": FM0"));
+    head.exact_base = std::move(*flags);
+  }
+  for (const GridPoint& place : head.base.places) {
+    if (!head.grid.contains(place)) return off_the_grid();
   }
   return {};
 }
@@ -150,10 +194,13 @@ Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string&
   if (!statistics) return tl::unexpected(with_context(statistics.error(), name));
   head.statistics = *statistics;
   head.statistics_bytes = static_cast<std::uint32_t>(in.position() - statistics_at);
-  const std::uint64_t base_bytes = in.varint();
-  if (in.failed() || base_bytes > in.remaining()) return tl::unexpected(in.error(name, "FM0 does not fit the head"));
-  head.base_bytes = static_cast<std::uint32_t>(base_bytes);
-  const std::span<const std::byte> coded_base = in.bytes(static_cast<std::size_t>(base_bytes));
+  const auto sized = [&] {
+    return in.bytes(static_cast<std::size_t>(std::min<std::uint64_t>(in.varint(), bytes.size())));
+  };
+  const std::span<const std::byte> exact = head.precision.is_exact() ? std::span<const std::byte>() : sized();
+  const std::span<const std::byte> coded_base = sized();
+  if (in.failed()) return tl::unexpected(in.error(name, "FM0 does not fit the head"));
+  head.base_bytes = static_cast<std::uint32_t>(coded_base.size());
   if (in.remaining() != 0) {
     const std::uint64_t polygon_bytes = in.varint();
     if (in.failed() || in.remaining() != 0 || polygon_bytes == 0 || polygon_bytes > kMostPolygonBytes) {
@@ -161,12 +208,7 @@ Result<AssetHead> read_head(std::span<const std::byte> bytes, const std::string&
     }
     head.polygon_bytes = static_cast<std::uint32_t>(polygon_bytes);
   }
-  Result<BaseMesh> base = decode_base(coded_base, head.vertex_count);
-  if (!base) return tl::unexpected(with_context(base.error(), name + ": FM0"));
-  head.base = std::move(*base);
-  for (const GridPoint& place : head.base.places) {
-    if (!head.grid.contains(place)) return fail(ErrorKind::bad_input, name + ": FM0 has a vertex off the grid");
-  }
+  if (Result<void> base = read_base(coded_base, exact, head, name); !base) return tl::unexpected(base.error());
   if ((head.root_cell_count == 0) != head.layer_ends.empty() || head.root_cell_count > head.base.places.size()) {
     return fail(ErrorKind::bad_input, name + ": impossible number of cells for FM0");
   }

@@ -8,13 +8,14 @@
 #include "common/asset/coded_cone.h"
 #include "common/asset/segment_source.h"
 #include "common/coding/base_coder.h"
+#include "common/coding/place_precision.h"
 #include "common/coding/split_model.h"
 #include "common/grid/position_grid.h"
 #include "common/mesh/triangle_mesh.h"
 
 namespace fanstream {
 
-inline constexpr std::uint32_t kAssetVersion = 4;
+inline constexpr std::uint32_t kAssetVersion = 5;
 inline constexpr std::uint32_t kMostVertices = 1U << 28;
 inline constexpr std::size_t kPreambleBytes = 48;
 
@@ -43,8 +44,11 @@ struct AssetHead {
   std::vector<std::uint8_t> slab_ends;
   std::uint32_t root_cell_count = 0;  // cells that the base is cut into
   bool has_pages = false;  // the cells of the last slab are not in the index but told by pages, one for each parent
+  PlacePrecision precision;
   SplitStatistics statistics = SplitStatistics::built_in();
-  BaseMesh base;
+  BaseMesh base;  // with the places that are shown
+  // By vertex of FM0, 1 for those that are never split, whose places are exact. Empty where all are.
+  std::vector<std::uint8_t> exact_base;
   std::uint32_t base_bytes = 0;        // of FM0 as coded by Draco
   std::uint32_t statistics_bytes = 0;  // of the coding statistics
   std::uint32_t polygon_bytes = 0;     // of the polygon section at the end of the segments (polygon_section.h), or 0
@@ -171,7 +175,7 @@ Result<void> read_page(std::span<const std::byte> page, std::uint32_t cell, cons
 Result<AssetIndex> read_whole_index(std::span<const std::byte> sections, const AssetPreamble& preamble,
                                     const AssetHead& head, const std::string& name);
 
-// The inverse. write_head takes FM0 as coded by encode_base.
+// The inverse. write_head takes FM0 on its lattice as coded by encode_base.
 void write_preamble(const AssetPreamble& preamble, ByteWriter& out);
 void write_head(const AssetHead& head, std::span<const std::byte> coded_base, ByteWriter& out);
 void write_index(const AssetIndex& index, const AssetHead& head, ByteWriter& out);

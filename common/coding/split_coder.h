@@ -153,8 +153,9 @@ template <class Coder, class Stages>
 
 }  // namespace detail
 
-// Codes everything of up to AxisChains::kMost splits but their roots. Their rings have been measured in the mesh as it
-// is before all of them.
+// Codes everything of up to AxisChains::kMost splits but their roots and low bits. Displacements and shifts are in
+// points of the generation's lattice, whose spacing is `units`. The rings have been measured in the mesh as it is
+// before all of the splits.
 template <class Coder>
 void code_splits(Coder& coder, const SplitModel& model, const AxisUnits& units, const CodingTime& time,
                  std::span<SplitInProgress> splits, const RingKernels& kernels = RingKernels::best()) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "common/coding/free_generations.h"
+#include "common/coding/place_precision.h"
 #include "common/coding/ring_geometry.h"
 #include "common/coding/split_model.h"
 
@@ -15,6 +16,9 @@ struct SplitInProgress {
   // The generations in which root and new vertex are split next: given to an encoder, found by a decoder.
   std::uint8_t root_next = kNeverSplit;
   std::uint8_t added_next = kNeverSplit;
+  // Of a vertex that is never split again, what its place has beyond the generation's lattice: likewise.
+  LowBits kept_low = 0;
+  LowBits added_low = 0;
   std::uint32_t length = 1;  // of the arc, in ring steps
   std::uint32_t rank = 0;    // of the arc among those of its length; on an open ring, from the gap
   Opening opening = Opening::closed;

@@ -28,6 +28,7 @@ struct FanSplit {
   std::uint32_t first = 0;
   std::uint32_t last = 0;
   ParentPosition parent = ParentPosition::kept;
+  // In points of the lattice of the split's generation (PlacePrecision), which may be coarser than the grid.
   GridPoint displacement{0};  // from the kept centre to the added one (the paper's dV)
   GridPoint shift{0};         // of a free parent: from halfway to where it lay, within kMostShift on each axis
 };

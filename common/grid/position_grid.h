@@ -31,6 +31,8 @@ class PositionGrid {
   double step() const { return step_; }
   // Codes of an axis run from 0 to code_count - 1.
   std::int32_t code_count(int axis) const { return code_counts_[static_cast<std::size_t>(axis)]; }
+  // Whether codes of an axis are ranks in a list of values.
+  bool is_listed(int axis) const { return !values_[static_cast<std::size_t>(axis)].empty(); }
   bool contains(const GridPoint& code) const {
     const auto below = [](std::int32_t value, std::int32_t count) {
       return static_cast<std::uint32_t>(value) < static_cast<std::uint32_t>(count);

@@ -37,7 +37,8 @@ struct CellCoding {
   };
   const SplitModel& model;
   const PositionGrid& grid;
-  AxisUnits units;
+  AxisUnits units;          // of codes
+  AxisUnits lattice_units;  // of the lattice of the generation at hand
   const RingKernels& kernels = RingKernels::best();
   std::uint32_t last_generation;  // of the asset
   std::array<SplitInProgress, kBatch> batch;
@@ -45,7 +46,15 @@ struct CellCoding {
   std::size_t root_count = 0;
 
   CellCoding(const SplitModel& split_model, const PositionGrid& position_grid, std::uint32_t generation_count)
-      : model(split_model), grid(position_grid), units(grid.unit()), last_generation(generation_count) {}
+      : model(split_model),
+        grid(position_grid),
+        units(grid.unit()),
+        lattice_units(units),
+        last_generation(generation_count) {}
+
+  void use_lattice(const PlaceLattice& lattice) {
+    lattice_units = lattice.is_exact() ? units : AxisUnits(grid.unit() * lattice.cell_size());
+  }
 };
 
 // Puts the cell's vertices that are split in a generation behind coding.roots, all coarser generations of the cell
@@ -126,6 +135,59 @@ namespace detail {
 [[gnu::cold, gnu::noinline]] Result<void> too_many_splits(std::uint32_t cell);
 [[gnu::cold, gnu::noinline]] Result<void> off_the_grid(std::uint32_t cell, VertexId root);
 
+// The low bits of the roots' places that the generation's lattice has and what is known does not; from here on the
+// roots lie where the lattice has them.
+template <class Coder, class Source>
+bool refine_roots(FanState& state, const PlaceLattice& lattice, Coder& coder, const Source& source,
+                  std::span<const SplitInProgress> batch) {
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    FanVertex& root = state.vertices[batch[i].split.root];
+    const PlaceLattice& known = state.precision.lattice(root.context.touched);
+    const LatticeStep step(known, lattice);
+    LowBits low = 0;
+    if constexpr (!Coder::kDecodes) low = source.root_low_bits(batch[i].split.root);
+    const GridPoint point = step.fine(known.point_of(root.place), step.code(coder, low));
+    if (!lattice.contains(point)) return false;
+    root.place = lattice.code_of(point);
+  }
+  return true;
+}
+
+// As before refine_roots, of roots that were not split after all.
+inline void coarsen_roots(FanState& state, std::span<const SplitInProgress> batch) {
+  if (state.precision.is_exact()) return;
+  for (const SplitInProgress& s : batch) {
+    FanVertex& root = state.vertices[s.split.root];
+    root.place = state.precision.shown(root.place, root.context);
+  }
+}
+
+// Of those that are never split again, all that the lattice leaves out.
+template <class Coder>
+void code_last_low_bits(Coder& coder, const PlaceLattice& lattice, std::span<SplitInProgress> batch) {
+  const LatticeStep step(lattice);
+  for (SplitInProgress& s : batch) {
+    if (s.root_next == kNeverSplit) s.kept_low = step.code(coder, s.kept_low);
+    if (s.added_next == kNeverSplit) s.added_low = step.code(coder, s.added_low);
+  }
+}
+
+// What is known of the places after a split. False where they leave the grid.
+inline bool find_places(const SplitInProgress& s, const GridPoint& parent, std::uint32_t generation,
+                        const PlaceLattice& lattice, const PositionGrid& grid, SplitPlaces& places) {
+  places =
+      places_after_split(lattice.point_of(parent), s.split.parent, s.split.displacement, generation, s.split.shift);
+  if (!lattice.is_exact()) [[unlikely]] {
+    if (!lattice.contains(places.kept) || !lattice.contains(places.added)) return false;
+    const auto known = [&](const GridPoint& point, std::uint8_t next, LowBits low) {
+      return next == kNeverSplit ? LatticeStep(lattice).fine(point, low) : lattice.code_of(point);
+    };
+    places = {known(places.kept, s.root_next, s.kept_low), known(places.added, s.added_next, s.added_low)};
+  }
+  return grid.contains(places.kept) && grid.contains(places.added) &&
+         (s.split.parent != ParentPosition::free || is_shift(s.split.shift));
+}
+
 // The next split of up to kBatch roots.
 template <class Coder, class Source>
 Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t generation,
@@ -142,15 +204,21 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
     }
     batch[i].split.root = v;
   }
+  const PlaceLattice& lattice = state.precision.lattice(generation);
+  if (first_round && !state.precision.is_exact() && !refine_roots(state, lattice, coder, source, batch)) {
+    coarsen_roots(state, batch);
+    return off_the_grid(vertices.cell, batch.front().split.root);
+  }
   coding.kernels.measure(batch, state.vertices.data(), coding.units.size);
   for (SplitInProgress& s : batch) source.describe(s);
-  code_splits(coder, coding.model, coding.units, {generation, coding.last_generation}, batch, coding.kernels);
-  for (SplitInProgress& s : batch) {
+  code_splits(coder, coding.model, coding.lattice_units, {generation, coding.last_generation}, batch, coding.kernels);
+  if (!lattice.is_exact()) code_last_low_bits(coder, lattice, batch);
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    const SplitInProgress& s = batch[i];
     const VertexId v = s.split.root;
-    const SplitPlaces places =
-        places_after_split(state.vertices[v].place, s.split.parent, s.split.displacement, generation, s.split.shift);
-    if (!coding.grid.contains(places.kept) || !coding.grid.contains(places.added) ||
-        (s.split.parent == ParentPosition::free && !is_shift(s.split.shift))) {
+    SplitPlaces places;
+    if (!find_places(s, state.vertices[v].place, generation, lattice, coding.grid, places)) {
+      coarsen_roots(state, batch.subspan(i));
       return off_the_grid(vertices.cell, v);
     }
     const VertexId added = vertices.first_new + vertices.made++;
@@ -168,7 +236,10 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 // Codes and applies the splits of the roots from number `first_root` on, which have been gone around with none lagging,
 // and takes them off coding.roots. Source is what knows the splits: for an encoder the builder's history, for a decoder
 // DecodedSplits. It has
-//   void describe(SplitInProgress&), which fills in the split of split.root and when both vertices are split next,
+//   void describe(SplitInProgress&), which fills in the split of split.root, when both vertices are split next, and the
+//   low bits of those that never are; and for an encoder
+//   LowBits root_low_bits(VertexId root), those of its place that the generation's lattice has and the last one had
+//   not,
 // and is told made(const SplitUndo&, VertexId added) of each split. Splits come in rounds: the first of every root,
 // then the second of those that have two, and so on; a root's next one is asked for after the one before was made.
 // `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid or outnumber
@@ -177,6 +248,7 @@ template <class Coder, class Source>
 Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint32_t generation, Coder& coder,
                              Source& source, CellCoding& coding, std::size_t first_root = 0) {
   std::span<CellCoding::Root> roots = std::span(coding.roots).first(coding.root_count).subspan(first_root);
+  coding.use_lattice(state.precision.lattice(generation));
   coding.root_count = first_root;
   for (std::uint32_t round = 0; !roots.empty(); ++round) {
     for (std::size_t begin = 0; begin < roots.size(); begin += CellCoding::kBatch) {

@@ -10,6 +10,17 @@ static_assert(2 * kMostShift + 1 <= static_cast<std::int32_t>(kShiftMask));
 std::uint32_t shift_bits(std::int32_t shift) { return static_cast<std::uint32_t>(shift + kMostShift) & kShiftMask; }
 std::int32_t shift_of(std::uint32_t bits) { return static_cast<std::int32_t>(bits & kShiftMask) - kMostShift; }
 
+// Where the parent is shown.
+GridPoint place_before_split(const PlacePrecision& precision, const GridPoint& kept, const GridPoint& added,
+                             const SplitUndo& undo, std::uint32_t generation) {
+  if (precision.is_exact()) return place_after_merge(kept, added, undo.parent, generation, undo.shift);
+  const PlaceLattice& lattice = precision.lattice(generation);
+  const GridPoint parent =
+      place_after_merge(lattice.point_of(kept), lattice.point_of(added), undo.parent, generation, undo.shift);
+  const PlaceLattice& before = precision.lattice(undo.root_context.touched);
+  return before.code_of(LatticeStep(before, lattice).coarse(parent));
+}
+
 }  // namespace
 
 void FanState::resize(std::size_t vertex_count, PageKind pages) {
@@ -49,8 +60,9 @@ std::vector<GridPoint> FanState::places() const {
   return result;
 }
 
-FanState FanState::from_base(const BaseMesh& base, std::size_t vertex_count) {
+FanState FanState::from_base(const BaseMesh& base, std::size_t vertex_count, const PlacePrecision& precision) {
   FanState state;
+  state.precision = precision;
   state.fans = LinkedFans(base.places.size(), base.triangles);
   state.resize(vertex_count);
   for (VertexId v = 0; v < base.places.size(); ++v) state.vertices[v] = {base.places[v], {}};
@@ -92,7 +104,7 @@ SplitUndo kept_undo(const FanState& state, VertexId added) {
 
 void undo_split(FanState& state, std::uint32_t generation, const SplitUndo& undo, VertexId added) {
   GridPoint& place = state.vertices[undo.root].place;
-  place = place_after_merge(place, state.vertices[added].place, undo.parent, generation, undo.shift);
+  place = place_before_split(state.precision, place, state.vertices[added].place, undo, generation);
   state.fans.merge(undo.root, added, undo.root_corner);
   state.vertices[undo.root].context = undo.root_context;
   state.vertices[added].context = {};

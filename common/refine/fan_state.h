@@ -6,6 +6,7 @@
 
 #include "common/coding/base_coder.h"
 #include "common/coding/fan_vertex.h"
+#include "common/coding/place_precision.h"
 #include "common/fans/linked_fans.h"
 #include "common/support/paged_array.h"
 
@@ -16,6 +17,7 @@ struct FanState {
   LinkedFans fans;
   PagedArray<FanVertex> vertices;   // place, and what is known of its splits
   PagedArray<std::uint32_t> cells;  // the deepest cell that holds the vertex
+  PlacePrecision precision;         // of the places
 
   // Room that no vertex uses takes no memory, huge pages aside.
   void resize(std::size_t vertex_count, PageKind pages = PageKind::huge);
@@ -25,8 +27,9 @@ struct FanState {
   std::size_t memory_bytes() const;
   void set_cell(std::uint32_t cell, std::span<const VertexId> vertices);
   std::vector<GridPoint> places() const;
-  // The base mesh, no vertex split yet, in no cell; room for vertex_count vertices.
-  static FanState from_base(const BaseMesh& base, std::size_t vertex_count);
+  // The base mesh, with the places that are shown of it, no vertex split yet, in no cell; room for vertex_count
+  // vertices.
+  static FanState from_base(const BaseMesh& base, std::size_t vertex_count, const PlacePrecision& precision = {});
   void set_next_splits(std::span<const std::uint8_t> of_base);  // FM0's vertices', by number
 };
 

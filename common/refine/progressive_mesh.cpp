@@ -11,7 +11,7 @@ ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const AssetHead> head, MeshMemo
     : head_(std::move(head)),
       model_(head_->statistics),
       coding_(model_, head_->grid, head_->generation_count()),
-      state_(FanState::from_base(head_->base, head_->base.places.size())),
+      state_(FanState::from_base(head_->base, head_->base.places.size(), head_->precision)),
       vertex_count_(static_cast<std::uint32_t>(head_->base.places.size())),
       pages_(memory == MeshMemory::whole_model ? PageKind::huge : PageKind::small) {}
 

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/coding/base_places.h"
 #include "server/build/base_matching.h"
 #include "server/build/cell_grower.h"
 #include "server/build/cell_surface.h"
 #include "server/build/layer_plan.h"
 #include "server/build/polygon_encoding.h"
+#include "server/build/precision_choice.h"
 #include "server/build/split_training.h"
 #include "server/build/surface_error.h"
 
@@ -43,7 +45,8 @@ class Builder {
     if (Result<void> checked = check_cost_options(options_.cost); !checked) return tl::unexpected(checked.error());
     describe();
     const MergeHistory history = run_simplify();
-    const CodedHistory coded(history, coded_places(), head_.grid);
+    choose_precision_of(history);
+    const CodedHistory coded(history, coded_places(), head_.grid, head_.precision);
     plan(history);
     if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
     return observe(coded);
@@ -58,7 +61,8 @@ class Builder {
     if (Result<void> checked = check_cost_options(options_.cost); !checked) return tl::unexpected(checked.error());
     describe();
     const MergeHistory history = run_simplify();
-    const CodedHistory coded(history, coded_places(), head_.grid);
+    choose_precision_of(history);
+    const CodedHistory coded(history, coded_places(), head_.grid, head_.precision);
     std::future<SurfaceErrors> surface = start_measuring_surface(mesh_.triangles, coded_places(), head_.grid, coded);
     plan(history);
     if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
@@ -91,6 +95,10 @@ class Builder {
     return simplify(mesh_, simplify_options);
   }
 
+  void choose_precision_of(const MergeHistory& history) {
+    head_.precision = choose_precision(mesh_, history, head_.grid, options_.place_noise);
+  }
+
   void plan(const MergeHistory& history) {
     std::vector<std::uint32_t> vertices{history.base_vertices};
     for (std::uint32_t g = history.generation_count(); g-- > 0;) {
@@ -106,7 +114,9 @@ class Builder {
 
   Result<void> code_base(const CodedHistory& coded) {
     std::vector<VertexId> numbers;
-    const BaseMesh base = coded.base(numbers);
+    const PlaceLattice& lattice = head_.precision.lattice(0);
+    const BaseMesh shown = coded.base(numbers);
+    const BaseMesh base = base_on_lattice(shown, lattice);
     Result<std::vector<std::byte>> bytes = encode_base(base);
     if (!bytes) return tl::unexpected(bytes.error());
     Result<BaseMesh> decoded = decode_base(*bytes, head_.vertex_count);
@@ -116,6 +126,12 @@ class Builder {
     base_numbers_.clear();
     for (const VertexId v : *order) base_numbers_.push_back(numbers[v]);
     head_.base = std::move(*decoded);
+    for (std::size_t v = 0; v < order->size(); ++v) head_.base.places[v] = shown.places[(*order)[v]];
+    if (!lattice.is_exact()) {
+      std::vector<bool> is_root(mesh_.positions.size(), false);
+      for (const MergeRecord& merge : coded.history.merges) is_root[merge.root] = true;
+      for (const VertexId v : base_numbers_) head_.exact_base.push_back(is_root[v] ? 0 : 1);
+    }
     base_bytes_ = std::move(*bytes);
     return {};
   }
@@ -134,7 +150,6 @@ class Builder {
     const SplitModel model(head_.statistics);
     CountingCoder counter(model);
     SplitSample sample{{}, GeometryTraining(coded.history.merges.size())};
-    const glm::vec3 unit = head_.grid.unit();
     CellGrower grower(head_, coded, base_numbers_, granularity_.cell_vertices);
     if (head_.generation_count() > 0) {
       std::vector<std::uint8_t> next_splits = grower.next_splits_of_base();
@@ -142,8 +157,10 @@ class Builder {
     }
     Result<void> replayed = grower.replay(
         model, [&](std::uint32_t) -> CountingCoder& { return counter; },
-        [&](const RingGeometry& ring, const FanSplit& split, const MergeRecord&) {
-          sample.geometry.observe(ring, split, unit);
+        [&](const RingGeometry& ring, const FanSplit& split, const MergeRecord& merge) {
+          const auto number = static_cast<std::uint32_t>(&merge - coded.history.merges.data());
+          const PlaceLattice& lattice = coded.precision.lattice(coded.generation_of(number));
+          sample.geometry.observe(ring, split, head_.grid.unit() * lattice.cell_size());
         },
         [](std::uint32_t, std::uint32_t) {});
     if (!replayed) return tl::unexpected(replayed.error());

@@ -18,7 +18,7 @@ class CellGrower {
         coded_(coded),
         cell_vertices_(cell_vertices),
         source_(coded, base_numbers, head.vertex_count),
-        state_(FanState::from_base(head.base, head.vertex_count)) {
+        state_(FanState::from_base(head.base, head.vertex_count, head.precision)) {
     next_vertex_ = static_cast<std::uint32_t>(head.base.places.size());
     state_.set_next_splits(source_.next_splits_of_base());
   }
@@ -65,6 +65,7 @@ class CellGrower {
       source.describe(split);
       hook(split.ring, split.split, merge);
     }
+    LowBits root_low_bits(VertexId root) const { return source.root_low_bits(root); }
     void made(const SplitUndo& split, VertexId added) { source.made(split, added); }
   };
 

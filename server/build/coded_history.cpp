@@ -5,23 +5,62 @@
 
 namespace fanstream {
 
-CodedHistory::CodedHistory(const MergeHistory& merges, std::vector<GridPoint> places, const PositionGrid& grid)
-    : history(merges), displacements(merges.merges.size()), shifts(merges.free_places.size(), GridPoint(0)) {
-  for (std::uint32_t generation = generation_count(); generation >= 1; --generation) {
-    for (std::uint32_t m = generation_begin(generation); m < generation_end(generation); ++m) {
-      const MergeRecord& merge = history.merges[m];
-      GridPoint& root = places[merge.root];
-      displacements[m] = places[merge.removed] - root;
-      if (merge.parent == ParentPosition::free) {
-        // On the grid, cut off or not: halfway is, and so is the parent.
-        const GridPoint wanted =
-            grid.encode(history.free_places[m]) - root - halfway_offset(displacements[m], generation);
-        shifts[m] = glm::clamp(wanted, GridPoint(-kMostShift), GridPoint(kMostShift));
-      }
-      root = place_after_merge(root, places[merge.removed], merge.parent, generation, shift(m));
+CodedHistory::CodedHistory(const MergeHistory& merges, std::vector<GridPoint> places, const PositionGrid& grid,
+                           const PlacePrecision& place_precision)
+    : history(merges),
+      precision(place_precision),
+      displacements(merges.merges.size()),
+      shifts(merges.free_places.size(), GridPoint(0)),
+      low_bits(precision.is_exact() ? 0 : merges.merges.size()),
+      model_places(places) {
+  find_known_on();
+  for (std::uint32_t m = 0; m < history.merges.size(); ++m) {
+    const MergeRecord& merge = history.merges[m];
+    const std::uint32_t generation = generations_[m];
+    const PlaceLattice& lattice = precision.lattice(generation);
+    const GridPoint root = lattice.point_of(places[merge.root]);
+    displacements[m] = lattice.point_of(places[merge.removed]) - root;
+    if (merge.parent == ParentPosition::free) {
+      // On the grid, cut off or not: halfway is, and so is the parent.
+      const GridPoint wanted =
+          lattice.point_of(grid.encode(history.free_places[m])) - root - halfway_offset(displacements[m], generation);
+      shifts[m] = glm::clamp(wanted, GridPoint(-kMostShift), GridPoint(kMostShift));
     }
+    if (!low_bits.empty()) {
+      const LatticeStep step(precision.lattice(known_on_[m]), lattice);
+      low_bits[m] = step.low_bits_of(parent_of(m, places[merge.root], places[merge.removed]));
+    }
+    places[merge.root] = place_after(m, places[merge.root], places[merge.removed]);
   }
   base_places = std::move(places);
+}
+
+void CodedHistory::find_known_on() {
+  generations_.resize(history.merges.size());
+  known_on_.resize(history.merges.size());
+  std::vector<std::uint8_t> latest(model_places.size(), 0);
+  for (std::uint32_t generation = 1; generation <= generation_count(); ++generation) {
+    for (std::uint32_t m = generation_end(generation); m-- > generation_begin(generation);) {
+      const MergeRecord& merge = history.merges[m];
+      generations_[m] = static_cast<std::uint8_t>(generation);
+      known_on_[m] = latest[merge.root];
+      latest[merge.root] = latest[merge.removed] = generations_[m];
+    }
+  }
+}
+
+// A point of the lattice of the merge's generation.
+GridPoint CodedHistory::parent_of(std::uint32_t merge, const GridPoint& root, const GridPoint& removed) const {
+  const PlaceLattice& lattice = precision.lattice(generations_[merge]);
+  return place_after_merge(lattice.point_of(root), lattice.point_of(removed), history.merges[merge].parent,
+                           generations_[merge], shift(merge));
+}
+
+GridPoint CodedHistory::place_after(std::uint32_t merge, const GridPoint& root, const GridPoint& removed) const {
+  const GridPoint parent = parent_of(merge, root, removed);
+  if (precision.is_exact()) return parent;
+  const PlaceLattice& known = precision.lattice(known_on_[merge]);
+  return known.code_of(LatticeStep(known, precision.lattice(generations_[merge])).coarse(parent));
 }
 
 std::uint32_t CodedHistory::generation_begin(std::uint32_t generation) const {
@@ -55,8 +94,7 @@ HistorySource::HistorySource(const CodedHistory& coded, const std::vector<Vertex
       original_(vertex_count, kOutside),
       number_(vertex_count, kOutside),
       to_undo_(vertex_count, kNone),
-      after_(coded.history.merges.size(), kNone),
-      generations_(coded.history.merges.size(), 0) {
+      after_(coded.history.merges.size(), kNone) {
   for (VertexId v = 0; v < base_numbers.size(); ++v) {
     original_[v] = base_numbers[v];
     number_[base_numbers[v]] = v;
@@ -66,11 +104,6 @@ HistorySource::HistorySource(const CodedHistory& coded, const std::vector<Vertex
     const VertexId root = coded.history.merges[m].root;
     after_[m] = to_undo_[root];
     to_undo_[root] = m;
-  }
-  for (std::uint32_t g = 1; g <= coded.generation_count(); ++g) {
-    for (std::uint32_t m = coded.generation_begin(g); m < coded.generation_end(g); ++m) {
-      generations_[m] = static_cast<std::uint8_t>(g);
-    }
   }
 }
 
@@ -95,6 +128,11 @@ void HistorySource::describe(SplitInProgress& split) const {
                  merge.parent,     coded_.displacements[m], coded_.shift(m)};
   split.root_next = generation_of(after_[m]);
   split.added_next = generation_of(to_undo_[merge.removed]);
+  const PlaceLattice& lattice = coded_.precision.lattice(coded_.generation_of(m));
+  if (lattice.is_exact()) return;
+  const LatticeStep step(lattice);
+  split.kept_low = step.low_bits_of(coded_.model_places[merge.root]);
+  split.added_low = step.low_bits_of(coded_.model_places[merge.removed]);
 }
 
 void HistorySource::made(const SplitUndo& split, VertexId added) {

@@ -9,22 +9,38 @@
 
 namespace fanstream {
 
-// Places of all vertices on the grid as merges leave them, and each merge's displacement. Generations are numbered as
-// in the asset: 1 is the coarsest.
+// Places of all vertices as merges leave them and a decoder knows them, and each merge's displacement. Generations are
+// numbered as in the asset: 1 is the coarsest.
 struct CodedHistory {
   const MergeHistory& history;
-  std::vector<GridPoint> displacements;  // by merge
-  std::vector<GridPoint> shifts;         // by merge, of free parents; empty if there are none
+  PlacePrecision precision;
+  std::vector<GridPoint> displacements;  // by merge, in points of its generation's lattice
+  std::vector<GridPoint> shifts;         // by merge, of free parents, likewise; empty if there are none
+  std::vector<LowBits> low_bits;         // by merge: the parent's, which its split has to tell; empty if exact
+  std::vector<GridPoint> model_places;   // by the model's vertex, on the grid
   std::vector<GridPoint> base_places;    // by the model's vertex, where the vertex is in the base
 
   // `places`: the model's on the grid.
-  CodedHistory(const MergeHistory& merges, std::vector<GridPoint> places, const PositionGrid& grid);
+  CodedHistory(const MergeHistory& merges, std::vector<GridPoint> places, const PositionGrid& grid,
+               const PlacePrecision& place_precision = {});
+  // Where the root of a merge is shown afterwards, given where it and the removed vertex are shown before.
+  GridPoint place_after(std::uint32_t merge, const GridPoint& root, const GridPoint& removed) const;
   bool has_free_parents() const { return !shifts.empty(); }
   GridPoint shift(std::size_t merge) const { return shifts.empty() ? GridPoint(0) : shifts[merge]; }
   std::uint32_t generation_count() const { return history.generation_count(); }
   std::uint32_t generation_begin(std::uint32_t generation) const;  // into merges
   std::uint32_t generation_end(std::uint32_t generation) const;
   BaseMesh base(std::vector<VertexId>& numbers) const;  // numbers: for each base vertex, the model's
+  std::uint32_t generation_of(std::uint32_t merge) const { return generations_[merge]; }
+
+ private:
+  GridPoint parent_of(std::uint32_t merge, const GridPoint& root, const GridPoint& removed) const;
+  void find_known_on();
+
+  std::vector<std::uint8_t> generations_;  // by merge
+  // By merge: the generation on whose lattice the root is known afterwards, which is the one in which it is part of a
+  // coarser merge, or 0.
+  std::vector<std::uint8_t> known_on_;
 };
 
 // Knows the splits of a history while it is replayed. The Source of code_generation.
@@ -35,6 +51,9 @@ class HistorySource {
   // When each vertex of FM0 is first split, by coded number.
   std::vector<std::uint8_t> next_splits_of_base() const;
   void describe(SplitInProgress& split) const;
+  LowBits root_low_bits(VertexId root) const {
+    return coded_.low_bits.empty() ? 0 : coded_.low_bits[to_undo_[original_[root]]];
+  }
   void made(const SplitUndo& split, VertexId added);
 
   VertexId original(VertexId v) const { return original_[v]; }
@@ -44,15 +63,16 @@ class HistorySource {
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-  std::uint8_t generation_of(std::uint32_t merge) const { return merge == kNone ? kNeverSplit : generations_[merge]; }
+  std::uint8_t generation_of(std::uint32_t merge) const {
+    return merge == kNone ? kNeverSplit : static_cast<std::uint8_t>(coded_.generation_of(merge));
+  }
 
   const CodedHistory& coded_;
   std::uint32_t base_count_;
-  std::vector<VertexId> original_;         // by coded number
-  std::vector<VertexId> number_;           // by the model's vertex
-  std::vector<std::uint32_t> to_undo_;     // by the model's vertex: its next merge to undo
-  std::vector<std::uint32_t> after_;       // by merge: the next one of its root
-  std::vector<std::uint8_t> generations_;  // by merge
+  std::vector<VertexId> original_;      // by coded number
+  std::vector<VertexId> number_;        // by the model's vertex
+  std::vector<std::uint32_t> to_undo_;  // by the model's vertex: its next merge to undo
+  std::vector<std::uint32_t> after_;    // by merge: the next one of its root
 };
 
 }  // namespace fanstream

@@ -99,8 +99,7 @@ void PatchReplay::gather_patches(std::uint32_t k) {
       root_codes_.push_back(merge.root);
     }
     patch_of_[m] = patch;
-    codes_[merge.root] = place_after_merge(codes_[merge.root], codes_[merge.removed], merge.parent,
-                                           history.generation_count() - k, coded_.shift(m));
+    codes_[merge.root] = coded_.place_after(m, codes_[merge.root], codes_[merge.removed]);
   }
   gather_absorbed(begin, end);
   for (std::size_t p = 0; p < roots_.size(); ++p) places_[roots_[p]] = value_of(codes_[root_codes_[p]]);

@@ -68,7 +68,7 @@ Result<FanState> replay_asset(const Asset& asset, std::span<const std::uint32_t>
   const AssetIndex& index = *asset.asset_index();
   const SplitModel model(head.statistics);
   CellCoding coding(model, head.grid, head.generation_count());
-  FanState state = FanState::from_base(head.base, head.vertex_count);
+  FanState state = FanState::from_base(head.base, head.vertex_count, head.precision);
   state.set_next_splits(index.base_next_splits);
   std::vector<CellVertices> cells;
   for (std::uint32_t slab = 0; slab < head.slab_ends.size(); ++slab) {

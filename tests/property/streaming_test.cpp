@@ -48,6 +48,46 @@ TEST_P(Streaming, FullRefinementIsTheQuantisedInputFaceForFace) {
   EXPECT_EQ(mesh->complete_generation(), asset().head->generation_count());
 }
 
+// Whatever is held: a vertex that is to be split again is known on its generation's lattice, any other exactly.
+TEST_P(Streaming, WhatIsKnownOfAPlaceFollowsFromItsContext) {
+  ASSERT_TRUE(asset().head);
+  const auto full = fully_refined(asset());
+  std::uint32_t coarse = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    const auto mesh = start(asset());
+    for (const auto& [cell, segment] : asset().segments()) {
+      if (random.one_in(3)) continue;
+      ASSERT_TRUE(mesh->add_segment(cell, segment, asset().segment(cell, segment)));
+    }
+    ASSERT_TRUE(mesh->refine());
+    if (random.one_in(2)) mesh->coarsen_to(random.below(asset().head->generation_count() + 1));
+    const FanState& state = mesh->state();
+    for (VertexId v = 0; v < state.vertices.size(); ++v) {
+      if (!state.fans.contains(v)) continue;
+      const FanVertex& vertex = state.vertices[v];
+      ASSERT_EQ(vertex.place, state.precision.shown(vertex.place, vertex.context)) << "vertex " << v;
+      if (vertex.context.next != kNeverSplit) {
+        coarse += state.precision.lattice(vertex.context.touched).is_exact() ? 0 : 1;
+      } else {
+        ASSERT_EQ(vertex.place, full->state().vertices[v].place) << "vertex " << v;
+      }
+    }
+  }
+  EXPECT_EQ(coarse == 0, asset().head->precision.is_exact());
+}
+
+TEST(StreamingShapes, MostAreCoarserAtCoarseGenerations) {
+  std::size_t coarse = 0;
+  for (const auto& [name, mesh] : shapes()) {
+    const OpenAsset asset = build_and_open(mesh);
+    ASSERT_TRUE(asset.head) << name;
+    coarse += asset.head->precision.is_exact() ? 0 : 1;
+  }
+  EXPECT_GE(2 * coarse, shapes().size());
+}
+
 TEST_P(Streaming, BuildingTwiceGivesTheSameBytes) {
   ASSERT_TRUE(asset().head);
   EXPECT_EQ(build_and_open(shape().second).bytes, asset().bytes);

@@ -187,7 +187,7 @@ TEST(AssetFile, AnotherVersionIsSaidToBeOne) {
     const Error error = error_of(bytes);
     EXPECT_EQ(error.kind, ErrorKind::unsupported);
     EXPECT_NE(error.message.find("version " + std::to_string(version) + ","), std::string::npos) << error.message;
-    EXPECT_NE(error.message.find("reads version 4"), std::string::npos) << error.message;
+    EXPECT_NE(error.message.find("reads version 5"), std::string::npos) << error.message;
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/coding/fan_vertex.h"
@@ -207,6 +209,24 @@ TEST(AssetIndex, AnyBytesAreAnErrorOrATableThatAddsUp) {
   }
 }
 
+// Which vertices of FM0 are exact is told by the head, and that they are never split by the index.
+TEST(AssetIndex, VerticesOfTheBaseAreExactIfTheyAreNeverSplit) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    RandomTable table(random);
+    for (const std::uint8_t next : table.index.base_next_splits) {
+      table.head.exact_base.push_back(next == kNeverSplit ? 1 : 0);
+    }
+    const std::vector<std::byte> bytes = table.write();
+    ASSERT_TRUE(read_index(bytes, table.preamble, table.head, "x"));
+    table.head.exact_base[random.below(table.head.exact_base.size())] ^= 1U;
+    const auto read = read_index(bytes, table.preamble, table.head, "x");
+    ASSERT_FALSE(read);
+    EXPECT_NE(read.error().message.find("vertices of FM0"), std::string::npos) << read.error().message;
+  }
+}
+
 TEST(AssetIndex, TellsWithWhichSegmentACellsStreamEnds) {
   AssetIndex index;
   for (const std::uint32_t size : {8U, 0U, 2U, 0U}) index.segments.push_back({0, size, 0});
@@ -216,6 +236,56 @@ TEST(AssetIndex, TellsWithWhichSegmentACellsStreamEnds) {
   EXPECT_FALSE(index.is_last_coded(cell, 1));
   EXPECT_TRUE(index.is_last_coded(cell, 2));
   EXPECT_TRUE(index.is_last_coded(cell, 3));
+}
+
+TEST(AssetHead, ComesBackWithItsLayersAndPrecision) {
+  std::size_t exact = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    RandomTable table(random);
+    AssetHead& head = table.head;
+    head.triangle_count = static_cast<std::uint32_t>(head.base.triangles.size());
+    head.component_count = 1;
+    head.root_cell_count = 1 + random.below(63);
+    head.has_pages = head.slab_ends.size() > 1 && random.one_in(2);
+    head.grid = PositionGrid::fit({{0, 0, 0}, {1, 2, 3}}, 11);
+    std::vector<std::uint8_t> left_out;
+    std::uint32_t left = random.one_in(4) ? 0 : random.below(PlacePrecision::most_left_out(head.grid) + 1);
+    for (std::uint32_t g = 0; g < head.generation_count(); ++g) {
+      left_out.push_back(static_cast<std::uint8_t>(left));
+      left -= random.below(left + 1) / 2;
+    }
+    head.precision = PlacePrecision(left_out, head.grid);
+    const PlaceLattice& lattice = head.precision.lattice(0);
+    for (GridPoint& place : head.base.places) {
+      place = lattice.point_of({random.between(0, 600), random.between(0, 1000), random.between(0, 2000)});
+    }
+    const std::vector<std::byte> base = encode_base(head.base).value();
+    head.base = decode_base(base, head.vertex_count).value();  // in Draco's order
+    for (GridPoint& place : head.base.places) {
+      const bool is_exact = random.one_in(5);
+      if (!lattice.is_exact()) head.exact_base.push_back(is_exact ? 1 : 0);
+      const LowBits low = random.below(1U << std::min(lattice.left_out, 31U));
+      place = is_exact ? glm::min(LatticeStep(lattice).fine(place, low), lattice.last) : lattice.code_of(place);
+    }
+    ByteWriter out;
+    write_preamble({}, out);
+    write_head(head, base, out);
+    const ExactBytes bytes(out.view());
+    const auto read = read_head(bytes.view(), "x");
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(read->layer_ends, head.layer_ends);
+    EXPECT_EQ(read->slab_ends, head.slab_ends);
+    EXPECT_EQ(read->root_cell_count, head.root_cell_count);
+    EXPECT_EQ(read->has_pages, head.has_pages);
+    EXPECT_TRUE(read->precision == head.precision);
+    EXPECT_EQ(read->exact_base, head.exact_base);
+    EXPECT_EQ(read->base.places, head.base.places);
+    exact += head.exact_base.empty() ? 1 : 0;
+  }
+  EXPECT_GT(exact, 5U);
+  EXPECT_LT(exact, 40U);
 }
 
 TEST(AssetHead, MoreThanSixtyFourGenerationsAreRefused) {

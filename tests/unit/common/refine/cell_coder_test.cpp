@@ -23,13 +23,34 @@ constexpr std::uint32_t kLast = 8;   // of the asset
 
 PositionGrid grid() { return PositionGrid::fit({{0, 0, 0}, {1000, 1000, 1000}}, 10); }
 
-FanState state_of(const TriangleMesh& mesh, SeededRandom& random) {
+// Everything exact, and coarser at coarse generations.
+std::array<PlacePrecision, 2> precisions() {
+  return {PlacePrecision(), PlacePrecision(std::vector<std::uint8_t>{3, 3, 2, 2, 1, 0}, grid())};
+}
+
+FanState state_of(const TriangleMesh& mesh, SeededRandom& random, const PlacePrecision& precision = {}) {
   BaseMesh base;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     base.places.emplace_back(random.between(300, 700), random.between(300, 700), random.between(300, 700));
   }
   base.triangles = mesh.triangles;
-  return FanState::from_base(base, mesh.positions.size() + kMostSplits);
+  return FanState::from_base(base, mesh.positions.size() + kMostSplits, precision);
+}
+
+// As a head gives them, once next splits are known.
+void show_base(FanState& state, VertexId vertices) {
+  for (VertexId v = 0; v < vertices; ++v) {
+    state.vertices[v].place = state.precision.shown(state.vertices[v].place, state.vertices[v].context);
+  }
+}
+
+// Of all vertices: what their contexts say is known.
+void expect_known_places(const FanState& state) {
+  for (VertexId v = 0; v < state.vertices.size(); ++v) {
+    const FanVertex& vertex = state.vertices[v];
+    if (!state.fans.contains(v)) continue;
+    EXPECT_EQ(vertex.place, state.precision.shown(vertex.place, vertex.context)) << "vertex " << v;
+  }
 }
 
 // Every second vertex or so in the cell, all others in another.
@@ -101,6 +122,14 @@ struct RandomSource {
     s.root_next = chooser.choose(generation, kLast, root_taken);
     if (s.root_next != kNeverSplit) added_taken |= std::uint64_t{1} << s.root_next;
     s.added_next = generation == kLast ? kNeverSplit : chooser.choose(generation + 1, kLast, added_taken);
+    const std::uint32_t most = 1U << state.precision.lattice(generation).left_out;
+    s.kept_low = random.below(most);
+    s.added_low = random.below(most);
+  }
+  LowBits root_low_bits(VertexId root) const {
+    const LatticeStep step(state.precision.lattice(state.vertices[root].context.touched),
+                           state.precision.lattice(generation));
+    return random.below(1U << step.bit_count);
   }
   void made(const SplitUndo& undo, VertexId /*added*/) { rounds.push_back(made_of[undo.root]++); }
 };
@@ -139,13 +168,14 @@ TEST(CellCoder, GenerationsComeBackAndCanBeUndone) {
   CellCoding coding(model, points, kLast);  // used for all, as a client does
   std::size_t splits = 0;
   for (const auto& [name, mesh] : testing::fan_shapes()) {
-    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
       SCOPED_TRACE(name + ", seed " + std::to_string(seed));
       SeededRandom random(seed);
       NextSplitChooser chooser{random};
-      FanState given = state_of(mesh, random);
+      FanState given = state_of(mesh, random, precisions()[seed % 2]);
       CellVertices given_cell = random_cell(given, static_cast<VertexId>(mesh.positions.size()), random);
       choose_first_splits(given, static_cast<VertexId>(mesh.positions.size()), chooser);
+      show_base(given, static_cast<VertexId>(mesh.positions.size()));
       FanState found = given;
       CellVertices found_cell = given_cell;
       const Image base = image_of(given);
@@ -161,6 +191,7 @@ TEST(CellCoder, GenerationsComeBackAndCanBeUndone) {
           ASSERT_GT(given.vertices[given_cell.at(i)].context.next, generation) << "all of the generation was made";
         }
         expect_no_neighbours_together(given);
+        expect_known_places(given);
       }
       const ExactBytes bytes(encoder.finish());
       RansDecoder decoder(bytes.view());
@@ -283,7 +314,7 @@ TEST(CellCoder, StreamsOfAnyBytesNeverSplitNeighboursInOneGeneration) {
       SCOPED_TRACE(name + ", seed " + std::to_string(seed));
       SeededRandom random(seed);
       const auto vertices = static_cast<VertexId>(mesh.positions.size());
-      FanState state = state_of(mesh, random);
+      FanState state = state_of(mesh, random, precisions()[seed % 2]);
       std::array<CellVertices, 2> cells{random_cell(state, vertices, random), CellVertices{}};
       cells[0].most_new = kMostSplits / 2;
       cells[1] = {3, {}, vertices + kMostSplits / 2, 0, kMostSplits / 2};
@@ -295,6 +326,7 @@ TEST(CellCoder, StreamsOfAnyBytesNeverSplitNeighboursInOneGeneration) {
       std::vector<std::uint8_t> next(vertices);
       code_base_splits(base_decoder, model, state.fans, kLast, std::span(next));
       state.set_next_splits(next);
+      show_base(state, vertices);
       const Image base = image_of(state);
       const std::array<ExactBytes, 2> bytes{ExactBytes(noise(random, 900)), ExactBytes(noise(random, 900))};
       std::array<RansDecoder, 2> decoders{RansDecoder(bytes[0].view()), RansDecoder(bytes[1].view())};
@@ -328,6 +360,7 @@ TEST(CellCoder, StreamsOfAnyBytesNeverSplitNeighboursInOneGeneration) {
         std::string why;
         ASSERT_TRUE(is_oriented_manifold(testing::compact_faces(state.fans), &why)) << why;
         expect_no_neighbours_together(state);
+        expect_known_places(state);
         if (HasFailure()) return;
       }
       EXPECT_TRUE(failed || (done[0] == kLast && done[1] == kLast)) << "some cell can always go on";

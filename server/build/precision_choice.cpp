@@ -1,0 +1,119 @@
+#include "server/build/precision_choice.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/geometry/triangle_tree.h"
+
+namespace fanstream {
+namespace {
+
+// The levels of a history, fine to coarse.
+class CoarseningReplay {
+ public:
+  CoarseningReplay(const TriangleMesh& mesh, const MergeHistory& history)
+      : mesh_(mesh), history_(history), places_(mesh.positions), root_of_(mesh.positions.size()) {
+    for (VertexId v = 0; v < root_of_.size(); ++v) root_of_[v] = v;
+  }
+
+  std::uint32_t vertices() const { return static_cast<std::uint32_t>(places_.size()) - next_; }
+
+  // All merges before this one.
+  void coarsen_to(std::uint32_t merge) {
+    for (; next_ < merge; ++next_) {
+      const MergeRecord& m = history_.merges[next_];
+      if (m.parent == ParentPosition::added) places_[m.root] = places_[m.removed];
+      if (m.parent == ParentPosition::middle) places_[m.root] = 0.5 * (places_[m.root] + places_[m.removed]);
+      if (m.parent == ParentPosition::free) places_[m.root] = history_.free_places[next_];
+      root_of_[m.removed] = m.root;
+    }
+  }
+
+  TriangleMesh level() {
+    TriangleMesh level;
+    level.positions = places_;
+    for (const Triangle& t : mesh_.triangles) {
+      const Triangle now{root(t[0]), root(t[1]), root(t[2])};
+      if (now[0] != now[1] && now[1] != now[2] && now[2] != now[0]) level.triangles.push_back(now);
+    }
+    return level;
+  }
+
+ private:
+  VertexId root(VertexId v) {
+    while (root_of_[v] != v) v = root_of_[v] = root_of_[root_of_[v]];
+    return v;
+  }
+
+  const TriangleMesh& mesh_;
+  const MergeHistory& history_;
+  std::vector<glm::dvec3> places_;
+  std::vector<VertexId> root_of_;
+  std::uint32_t next_ = 0;
+};
+
+double sampled_distance(const TriangleMesh& model, const TriangleMesh& level) {
+  const Result<TriangleTree> tree = TriangleTree::build(level);
+  if (!tree) return 0.0;
+  constexpr std::size_t kSamples = 4000;
+  const std::size_t stride = 1 + model.positions.size() / kSamples;
+  double sum = 0.0;
+  double count = 0.0;
+  std::uint32_t hint = 0;
+  for (std::size_t v = 0; v < model.positions.size(); v += stride) {
+    const SurfacePoint nearest = tree->closest(model.positions[v], hint);
+    hint = nearest.slot;
+    sum += nearest.squared_distance;
+    count += 1.0;
+  }
+  return std::sqrt(sum / count);
+}
+
+// Between two levels straight in logarithms; before the first and behind the last in inverse proportion to the
+// vertices.
+double distance_at(const std::vector<LevelDistance>& levels, double vertices) {
+  const auto below = std::find_if(levels.begin(), levels.end(), [&](const auto& l) { return l.vertices <= vertices; });
+  if (below == levels.begin()) return below->rms * below->vertices / vertices;
+  if (below == levels.end()) return levels.back().rms * levels.back().vertices / vertices;
+  const LevelDistance& fine = below[-1];
+  if (!(fine.rms > 0.0) || !(below->rms > 0.0)) return 0.0;
+  const double share =
+      std::log(vertices / below->vertices) / std::log(static_cast<double>(fine.vertices) / below->vertices);
+  return below->rms * std::pow(fine.rms / below->rms, share);
+}
+
+// Mean square distance of a cell's codes from the one that stands for them, in steps of the grid.
+double cell_noise(std::uint32_t bits) { return (std::exp2(2.0 * bits) - 1.0) / 12.0 + 0.25; }
+
+}  // namespace
+
+std::vector<LevelDistance> measure_level_distances(const TriangleMesh& mesh, const MergeHistory& history) {
+  std::vector<LevelDistance> levels;
+  CoarseningReplay replay(mesh, history);
+  std::uint32_t most = std::min<std::uint32_t>(static_cast<std::uint32_t>(mesh.positions.size()) / 4, 50'000);
+  for (const std::uint32_t end : history.generation_begin) {
+    replay.coarsen_to(end);
+    if (replay.vertices() > most && end != history.merges.size()) continue;
+    levels.push_back({replay.vertices(), sampled_distance(mesh, replay.level())});
+    most = replay.vertices() / 2;
+  }
+  return levels;
+}
+
+PlacePrecision choose_precision(const TriangleMesh& mesh, const MergeHistory& history, const PositionGrid& grid,
+                                double noise) {
+  const std::uint32_t most = PlacePrecision::most_left_out(grid);
+  if (most == 0 || history.generation_count() == 0 || !(noise > 0.0)) return PlacePrecision({}, grid);
+  const std::vector<LevelDistance> levels = measure_level_distances(mesh, history);
+  std::vector<std::uint8_t> left_out;
+  std::uint32_t left = most;
+  for (std::uint32_t g = 0; g < history.generation_count(); ++g) {
+    const std::uint32_t merged = history.generation_begin[history.generation_count() - g];
+    const double off = distance_at(levels, static_cast<double>(mesh.positions.size()) - merged) / grid.step();
+    while (left > 0 && cell_noise(left) > noise * off * off) --left;
+    left_out.push_back(static_cast<std::uint8_t>(left));
+  }
+  return PlacePrecision(left_out, grid);
+}
+
+}  // namespace fanstream
