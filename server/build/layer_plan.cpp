@@ -35,9 +35,9 @@ Granularity default_granularity(std::uint32_t vertex_count) {
   const double large = share_between(50'000.0, 400'000.0);
   const auto between = [](double share, double from, double to) { return from * std::pow(to / from, share); };
   Granularity granularity;
-  granularity.cell_vertices = between(large, 48.0, 4.0);
-  granularity.slab_growth = between(large, 4.0, 10.0);
-  granularity.segment_splits = between(large, between(even, 16.0, 8.0), 1.3);
+  granularity.cell_vertices = between(large, 48.0, 3.7);
+  granularity.slab_growth = between(large, 4.0, 9.5);
+  granularity.segment_splits = between(large, between(even, 20.0, 8.0), 1.3);
   granularity.edges_per_vertex = between(large, 1.5, 2.5);
   granularity.evenness = 2.0 * even + 2.0 * large;
   granularity.fine_share = 1.0 - 0.05 * large;

@@ -11,6 +11,7 @@ namespace fanstream {
 namespace {
 
 using testing::SeededRandom;
+using Cells = std::vector<std::uint32_t>;
 // Slab 0: cells 0 and 1; slab 1: 2, 3, 4 of 0 and 5 of 1; slab 2: 6 and 7 of 2, 8 of 5.
 CellTable three_slabs() {
   const SlabShape slabs[] = {{2, 2}, {4, 1}, {3, 3}};
@@ -90,7 +91,9 @@ TEST(CellTable, NeedsAreNeverForgottenAndSayNothingTwice) {
       for (std::uint32_t n = 0; n < 20; ++n) ASSERT_EQ(needed(known, g, n), needed(told[cell], g, n)) << "change " << i;
     }
     for (std::size_t k = 0; k < known.size(); ++k) {
-      if (k > 0) ASSERT_GE(known[k - 1].generation, known[k].generation);
+      if (k > 0) {
+        ASSERT_GE(known[k - 1].generation, known[k].generation);
+      }
       ASSERT_LT(needed(known, known[k].generation - 1, known[k].cell), known[k].on) << "said by a coarser generation";
     }
   }

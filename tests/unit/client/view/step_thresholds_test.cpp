@@ -94,7 +94,9 @@ TEST(StepThresholds, AreTheLargestOfAllThatDependsOnAStep) {
       for (std::uint32_t g = 1; g <= expected[c].size(); ++g) {
         const std::uint32_t p = table.step_of(c, g);
         const std::uint32_t step = table.step_index(c, p);
-        if (g == 1 || table.step_of(c, g - 1) != p) ASSERT_EQ(thresholds.begun[step], expected[c][g - 1]);
+        if (g == 1 || table.step_of(c, g - 1) != p) {
+          ASSERT_EQ(thresholds.begun[step], expected[c][g - 1]);
+        }
         if (g < expected[c].size() && table.step_of(c, g + 1) == p) continue;
         ASSERT_EQ(table.joins_generations() ? thresholds.whole[step] : thresholds.begun[step], expected[c][g - 1]);
       }

@@ -88,9 +88,9 @@ TEST(DefaultGranularity, CutsLargeModelsFinelyAndSmallOnesCoarsely) {
     EXPECT_DOUBLE_EQ(found.evenness, expected.evenness) << vertices;
     EXPECT_DOUBLE_EQ(found.fine_share, expected.fine_share) << vertices;
   };
-  for (const std::uint32_t small : {0U, 3U, 1000U, 20'000U}) expect(small, {48.0, 4.0, 16.0, 1.5, 0.0, 1.0});
+  for (const std::uint32_t small : {0U, 3U, 1000U, 20'000U}) expect(small, {48.0, 4.0, 20.0, 1.5, 0.0, 1.0});
   for (const std::uint32_t middling : {40'000U, 50'000U}) expect(middling, {48.0, 4.0, 8.0, 1.5, 2.0, 1.0});
-  for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U}) expect(large, {4.0, 10.0, 1.3, 2.5, 4.0, 0.95});
+  for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U}) expect(large, {3.7, 9.5, 1.3, 2.5, 4.0, 0.95});
 }
 
 TEST(DefaultGranularity, ChangesSteadilyInBetween) {
