@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
-#include <tuple>
 
 #include "client/view/asset_cells.h"
 
@@ -90,48 +89,40 @@ void ViewModel::update_extent(std::uint32_t cell) {
   table_.set_extent(cell, extent);
 }
 
-// Of each other cell and step the largest.
-void ViewModel::update_supports(std::uint32_t cell) {
+// In generations of the cells' own slabs. The other cell is the one among those that it comes from that took the
+// generation, or the one whose descendant will take it: then all of it is needed.
+Dependency ViewModel::dependency_of(std::uint32_t cell, const ProgressiveMesh::Support& found) const {
   const AssetHead& head = mesh_.head();
-  const AssetIndex& index = mesh_.index();
-  const auto step_of = [&](std::uint32_t of_cell, std::uint32_t generation) {
-    const auto layer = std::lower_bound(head.layer_ends.begin(), head.layer_ends.end(), generation);
-    return static_cast<std::uint32_t>(layer - head.layer_ends.begin()) - head.layer_begin(index.cells[of_cell].slab) +
-           1;
+  const auto begin = [&](std::uint32_t c) { return head.first_generation(head.layer_begin(table_.slab_of(c))); };
+  std::uint32_t other = found.cell;
+  while (table_.slab_of(other) > 0 && begin(other) > found.on) other = table_.parent(other);
+  const std::uint32_t most = table_.generations_of(table_.slab_of(other));
+  return {found.generation + 1 - begin(cell), other, std::min(most, found.on + 1 - begin(other))};
+}
+
+// What stays in the cell, or is its parent's, goes without saying.
+void ViewModel::update_dependencies(std::uint32_t cell) {
+  const auto gather = [&] {
+    dependencies_.clear();
+    for (const ProgressiveMesh::Support& s : found_) {
+      const Dependency d = dependency_of(cell, s);
+      if (d.cell != cell && d.cell != table_.parent(cell)) dependencies_.push_back(d);
+    }
   };
   mesh_.find_supports(cell, found_);
-  supports_.clear();
-  for (const ProgressiveMesh::Support& s : found_) {
-    std::uint32_t other = s.cell;
-    // The cell among its ancestors that took the generation.
-    while (index.cells[other].slab > 0 && head.first_generation(head.layer_begin(index.cells[other].slab)) > s.on) {
-      other = index.cells[other].parent;
-    }
-    if (other == cell || other == index.cells[cell].parent) continue;
-    supports_.push_back({step_of(cell, s.generation), other, step_of(other, s.on)});
-  }
-  const auto order = [](const Support& s) { return std::tuple(s.step, s.cell, s.on); };
-  std::sort(supports_.begin(), supports_.end(),
-            [&](const Support& a, const Support& b) { return order(a) > order(b); });
-  const auto same = [](const Support& a, const Support& b) { return a.step == b.step && a.cell == b.cell; };
-  supports_.erase(std::unique(supports_.begin(), supports_.end(), same), supports_.end());
-  table_.set_supports(cell, supports_);
+  gather();
+  table_.set_supports(cell, dependencies_);
+  mesh_.find_needs(cell, found_);
+  gather();
+  table_.add_needs(cell, dependencies_);
 }
 
 void ViewModel::update_table() {
-  std::vector<std::uint32_t> blocking;
   for (const std::uint32_t c : mesh_.take_changed_cells()) {
     update_prefixes(c);
     if (!mesh_.is_live(c)) continue;
     update_extent(c);
-    update_supports(c);
-    mesh_.find_blocking(c, blocking);
-    if (blocking.empty()) continue;
-    const auto peers = table_.peers(c);
-    const auto foundations = table_.foundations(c);
-    blocking.insert(blocking.end(), peers.begin(), peers.end());
-    blocking.insert(blocking.end(), foundations.begin(), foundations.end());
-    table_.set_neighbours(c, blocking);
+    update_dependencies(c);
   }
 }
 

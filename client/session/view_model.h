@@ -63,7 +63,8 @@ class ViewModel {
   void update_prefixes(std::uint32_t cell);
   bool follow_pages();
   void update_extent(std::uint32_t cell);
-  void update_supports(std::uint32_t cell);
+  void update_dependencies(std::uint32_t cell);
+  Dependency dependency_of(std::uint32_t cell, const ProgressiveMesh::Support& found) const;
 
   ProgressiveMesh mesh_;
   std::shared_ptr<AssetIndex> index_;  // the mesh's
@@ -74,7 +75,7 @@ class ViewModel {
   std::vector<std::uint8_t> targets_;            // those that the mesh has been told
   std::vector<bool> closed_pages_;               // by cell that has one
   std::vector<ProgressiveMesh::Support> found_;  // scratch
-  std::vector<Support> supports_;                // scratch
+  std::vector<Dependency> dependencies_;         // scratch
 };
 
 }  // namespace fanstream

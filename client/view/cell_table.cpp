@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <tuple>
 
 namespace fanstream {
 namespace {
@@ -13,9 +14,20 @@ constexpr std::uint64_t kMostCells = 1U << 22;
 constexpr std::uint32_t kMostLayers = 250;  // of all slabs together
 constexpr std::size_t kMostSlabs = 255;
 
-void sort_unique(std::vector<std::uint32_t>& cells) {
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+// Finest first. What a coarser generation needs already is not needed again.
+void sort_and_prune(std::vector<Dependency>& list) {
+  std::sort(list.begin(), list.end(), [](const Dependency& a, const Dependency& b) {
+    return std::tuple(a.cell, a.generation, b.on) < std::tuple(b.cell, b.generation, a.on);
+  });
+  std::size_t kept = 0;
+  for (const Dependency& d : list) {
+    if (kept > 0 && list[kept - 1].cell == d.cell && list[kept - 1].on >= d.on) continue;
+    list[kept++] = d;
+  }
+  list.resize(kept);
+  std::sort(list.begin(), list.end(), [](const Dependency& a, const Dependency& b) {
+    return std::tuple(b.generation, a.cell) < std::tuple(a.generation, b.cell);
+  });
 }
 
 }  // namespace
@@ -32,8 +44,14 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
                   fmt::format("cell table: slab {} with {} cells and {} layers is beyond the limits",
                               table.slabs_.size(), slab.cell_count, slab.layer_count));
     }
-    table.slabs_.push_back({static_cast<std::uint32_t>(cells), slab.cell_count, slab.layer_count,
-                            static_cast<std::uint32_t>(steps), std::vector<std::uint8_t>(slab.layer_count, 1)});
+    table.slabs_.push_back({static_cast<std::uint32_t>(cells),
+                            slab.cell_count,
+                            slab.layer_count,
+                            static_cast<std::uint32_t>(steps),
+                            std::vector<std::uint8_t>(slab.layer_count, 1),
+                            0,
+                            {}});
+    count_generations(table.slabs_.back());
     cells += slab.cell_count;
     layers += slab.layer_count;
     steps += static_cast<std::uint64_t>(slab.cell_count) * slab.layer_count;
@@ -72,17 +90,9 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
   table.held_.resize(cells);
   table.extents_.resize(cells);
   table.extent_epoch_.resize(cells);
-  table.links_.resize(cells);
+  table.needs_.resize(cells);
   table.supports_.resize(cells);
   table.epoch_ = 1;
-  // What holds whatever the neighbours: the parent comes first.
-  for (std::uint32_t c = 0; c < cells; ++c) {
-    table.links_[c].begin = static_cast<std::uint32_t>(table.pool_.size());
-    if (table.parent_[c] == kNoCell) continue;
-    table.pool_.push_back(table.parent_[c]);
-    table.links_[c].foundation_count = table.links_[c].capacity = 1;
-  }
-  table.pool_used_ = table.pool_.size();
   return table;
 }
 
@@ -123,9 +133,18 @@ Result<void> CellTable::check_errors() const {
   return {};
 }
 
+void CellTable::count_generations(Slab& slab) {
+  slab.step_of.clear();
+  for (std::uint32_t layer = 0; layer < slab.layer_count; ++layer) {
+    slab.step_of.insert(slab.step_of.end(), slab.generations[layer], static_cast<std::uint8_t>(layer + 1));
+  }
+  slab.generation_count = static_cast<std::uint32_t>(slab.step_of.size());
+}
+
 void CellTable::set_layer_generations(std::uint32_t slab, std::uint32_t layer, std::uint32_t generations) {
   assert(slab < slab_count() && layer < layers_of(slab) && generations >= 1 && generations <= 255);
   slabs_[slab].generations[layer] = static_cast<std::uint8_t>(generations);
+  count_generations(slabs_[slab]);
   joins_generations_ = joins_generations_ || generations > 1;
   ++epoch_;
 }
@@ -161,63 +180,28 @@ void CellTable::set_extent(std::uint32_t cell, const CellExtent& extent) {
   extent_epoch_[cell] = ++epoch_;
 }
 
-void CellTable::set_supports(std::uint32_t cell, std::span<const Support> supports) {
+void CellTable::set_supports(std::uint32_t cell, std::span<const Dependency> supports) {
   assert(cell < cell_count());
-  supports_[cell].assign(supports.begin(), supports.end());
+  scratch_.assign(supports.begin(), supports.end());
+  sort_and_prune(scratch_);
+  if (std::equal(scratch_.begin(), scratch_.end(), supports_[cell].begin(), supports_[cell].end())) return;
+  supports_[cell] = scratch_;
   ++epoch_;
 }
 
-void CellTable::set_neighbours(std::uint32_t cell, std::span<const std::uint32_t> cells) {
+void CellTable::add_needs(std::uint32_t cell, std::span<const Dependency> needs) {
   assert(cell < cell_count());
-  if (cells.empty()) return;
-  const std::uint32_t slab = slab_of_[cell];
-  auto& peers = scratch_peers_;
-  auto& foundations = scratch_foundations_;
-  peers.clear();
-  foundations.clear();
-  for (std::uint32_t n : cells) {
-    assert(n < cell_count());
-    while (slab_of_[n] > slab) n = parent_[n];  // what it would be were it coarsened as far as this cell
-    if (n == cell) continue;
-    if (slab_of_[n] < slab) {
-      foundations.push_back(n);
-      continue;
-    }
-    peers.push_back(n);
-    if (slab > 0) foundations.push_back(parent_[n]);
+  scratch_ = needs_[cell];
+  for (const Dependency& need : needs) {
+    assert(need.cell < cell_count() && need.cell != cell);
+    assert(slab_of_[need.cell] < slab_of_[cell] ||
+           (slab_of_[need.cell] == slab_of_[cell] && need.on < need.generation));
+    scratch_.push_back(need);
   }
-  sort_unique(peers);
-  sort_unique(foundations);
-  if (slab > 0) {
-    std::erase(foundations, parent_[cell]);
-    foundations.insert(foundations.begin(), parent_[cell]);
-  }
-  Links& links = links_[cell];
-  const auto count = static_cast<std::uint32_t>(peers.size() + foundations.size());
-  if (count > links.capacity) {
-    if (pool_.size() > 2 * pool_used_ + 1024) compact_pool();
-    pool_used_ += count - links.capacity;
-    links.begin = static_cast<std::uint32_t>(pool_.size());
-    links.capacity = count;
-    pool_.resize(pool_.size() + count);
-  }
-  links.foundation_count = static_cast<std::uint32_t>(foundations.size());
-  links.peer_count = static_cast<std::uint32_t>(peers.size());
-  std::copy(foundations.begin(), foundations.end(), pool_.begin() + links.begin);
-  std::copy(peers.begin(), peers.end(), pool_.begin() + links.begin + links.foundation_count);
+  sort_and_prune(scratch_);
+  if (scratch_ == needs_[cell]) return;
+  needs_[cell] = scratch_;
   ++epoch_;
-}
-
-// Lists that outgrew their place left holes.
-void CellTable::compact_pool() {
-  std::vector<std::uint32_t> packed;
-  packed.reserve(pool_used_);
-  for (Links& links : links_) {
-    const auto begin = pool_.begin() + links.begin;
-    links.begin = static_cast<std::uint32_t>(packed.size());
-    packed.insert(packed.end(), begin, begin + links.capacity);
-  }
-  pool_.swap(packed);
 }
 
 float CellTable::error_at(std::uint32_t cell, std::uint32_t p) const {

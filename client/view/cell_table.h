@@ -24,27 +24,26 @@ struct CellSegment {
   std::uint32_t triangles = 0;  // that applying it adds: two a split, or an estimate before it is decoded
 };
 
-// That a cell's step has been applied on top of another cell's: coarsening that would take this one along.
-struct Support {
-  std::uint32_t step = 0;  // of the cell, from 1
+// That a generation of a cell needs one of another cell. Generations are counted from 1 within the cell's slab.
+struct Dependency {
+  std::uint32_t generation = 0;
   std::uint32_t cell = 0;  // the other
-  std::uint32_t on = 0;    // its step
+  std::uint32_t on = 0;    // its generation
+  friend bool operator==(const Dependency&, const Dependency&) = default;
 };
 
 // Cells are numbered by slab, coarse to fine, within a slab by parent, as in the asset's index. A *step* is one segment
 // of one cell: step p (1 .. layer_count) of a cell takes it from prefix p-1 to p. Steps are stored by layer, then by
 // cell: step_index(cell, p). So every step lies behind all it depends on.
 //
-// **The rule of dependencies.** Which cells are "beside" a cell is told by set_neighbours: those that were found to hold
-// it up. The table takes that for every step of the cell, which is stricter than the mesh itself, where a cell waits for
-// single vertices (../../common/refine/progressive_mesh.h; SCHEDULING.md says what follows): a cell may take up a
-// generation when all cells beside it have every generation before it; a complete cell without children has all. So step
-// p of a cell of slab s needs
-//   p = 1:  its parent complete, and beside it no cells of coarser slabs but complete ones without children;
-//   p > 1:  step p-1 of the cell itself and of the cells of slab s beside it.
-// A layer of k > 1 generations needs more: for the last of them the cells beside must have k-1 generations of the same
-// layer, those beside them k-2, and so on. Such cells are *begun* with that segment: they hold it and have some of its
-// generations.
+// A layer may join several *generations*. Then a step is *begun* when its first generation is in the mesh, and applied
+// when all are.
+//
+// **The rule of dependencies.** A generation of a cell needs
+//   - the one before it of the same cell, the first one all of its parent;
+//   - what add_needs has told: generations of other cells that were found to hold it up;
+//   - where it is applied, what set_supports has told: those that it lies on.
+// What is not told is not known, and nothing is forced by it.
 //
 // Not thread safe. Setters assert that cell numbers and prefixes exist.
 class CellTable {
@@ -68,16 +67,17 @@ class CellTable {
   void set_applied(std::uint32_t cell, std::uint32_t prefix, std::uint32_t begun);
   void set_held(std::uint32_t cell, std::uint32_t prefix);
   // Of the cell's part of the original: what is known of the mesh as it is now, inflated by the cell's error. Keep it
-  // when the cell disappears, and let it change in one direction only, only tighter or only wider, or a still camera may
-  // not come to rest. A cell without counts as lying anywhere in its parent's; one of slab 0 without as being everywhere.
+  // when the cell disappears, and let it change in one direction only, only tighter or only wider, or a still camera
+  // may not come to rest. A cell without counts as lying anywhere in its parent's; one of slab 0 without as being
+  // everywhere.
   void set_extent(std::uint32_t cell, const CellExtent& extent);
-  // The cells beside a cell, of any slab, in any order; those of finer slabs stand for the cell of this slab that they
-  // come from. Replaces the list before: who learns them one by one hands in all. An empty list says nothing and changes
-  // nothing: lists of cells that are no longer live, complete ones too, stay known. Need not be symmetric.
-  void set_neighbours(std::uint32_t cell, std::span<const std::uint32_t> cells);
-  // What the applied steps of a cell lie on, in place of what was said before: it is not coarsened for as long as the
-  // cell is to stay as it is.
-  void set_supports(std::uint32_t cell, std::span<const Support> supports);
+  // Adds to what is known to be needed by generations of a cell. What is implied by others is dropped; nothing else
+  // ever is: so a still camera comes to rest, and one that comes back finds it. Each names another cell, of the same
+  // slab and an earlier generation, or of a coarser slab.
+  void add_needs(std::uint32_t cell, std::span<const Dependency> needs);
+  // What the applied generations of a cell lie on, in place of what was said before: it is not coarsened for as long as
+  // the cell is to stay as it is.
+  void set_supports(std::uint32_t cell, std::span<const Dependency> supports);
 
   std::uint32_t cell_count() const { return static_cast<std::uint32_t>(parent_.size()); }
   std::uint32_t slab_count() const { return static_cast<std::uint32_t>(slabs_.size()); }
@@ -92,6 +92,12 @@ class CellTable {
   std::uint32_t layers_of(std::uint32_t slab) const { return slabs_[slab].layer_count; }
   std::uint32_t layer_generations(std::uint32_t slab, std::uint32_t layer) const {
     return slabs_[slab].generations[layer];
+  }
+  // Of all the slab's layers together.
+  std::uint32_t generations_of(std::uint32_t slab) const { return slabs_[slab].generation_count; }
+  // The step that a generation of a cell belongs to.
+  std::uint32_t step_of(std::uint32_t cell, std::uint32_t generation) const {
+    return slabs_[slab_of_[cell]].step_of[generation - 1];
   }
   bool joins_generations() const { return joins_generations_; }  // whether any layer has more than one
   // Of step 1 of the slab's first cell; the steps of one layer are cells_of(slab) apart from the next layer's.
@@ -122,26 +128,23 @@ class CellTable {
   std::uint64_t extent_epoch(std::uint32_t cell) const { return extent_epoch_[cell]; }  // of the last change
   std::uint64_t epoch() const { return epoch_; }  // rises with every change of the state
 
-  std::span<const Support> supports(std::uint32_t cell) const { return supports_[cell]; }
+  // By falling generation.
+  std::span<const Dependency> needs(std::uint32_t cell) const { return needs_[cell]; }
+  std::span<const Dependency> supports(std::uint32_t cell) const { return supports_[cell]; }
 
-  // What the known neighbours mean: the cells of the same slab beside a cell, and the cells of coarser slabs that must
-  // be complete before step 1, its parent first (none in slab 0).
-  std::span<const std::uint32_t> peers(std::uint32_t cell) const {
-    const Links& links = links_[cell];
-    return {pool_.data() + links.begin + links.foundation_count, links.peer_count};
-  }
-  std::span<const std::uint32_t> foundations(std::uint32_t cell) const {
-    return {pool_.data() + links_[cell].begin, links_[cell].foundation_count};
-  }
-  // Calls f(cell, p) for each step of the layer before that step p of `cell` needs, but for those implied by others.
+  // Calls f(cell, p) for each step of an earlier layer that step p of `cell` needs, as far as it is known.
   template <class F>
   void for_each_dependency(std::uint32_t cell, std::uint32_t p, const F& f) const {
-    if (p == 1) {
-      for (const std::uint32_t b : foundations(cell)) f(b, segment_count(b));
-      return;
+    if (p > 1) {
+      f(cell, p - 1);
+    } else if (parent_[cell] != kNoCell) {
+      f(parent_[cell], segment_count(parent_[cell]));
     }
-    f(cell, p - 1);
-    for (const std::uint32_t n : peers(cell)) f(n, p - 1);
+    for (const Dependency& need : needs_[cell]) {
+      if (step_of(cell, need.generation) != p) continue;
+      const std::uint32_t on = step_of(need.cell, need.on);
+      if (slab_of_[need.cell] < slab_of_[cell] || on < p) f(need.cell, on);
+    }
   }
 
   static constexpr std::uint32_t kNoCell = 0xFFFFFFFFU;
@@ -153,15 +156,10 @@ class CellTable {
     std::uint32_t layer_count = 0;
     std::uint32_t first_step = 0;
     std::vector<std::uint8_t> generations;  // by layer
+    std::uint32_t generation_count = 0;
+    std::vector<std::uint8_t> step_of;  // by generation, from the first
   };
-  // Foundations, then peers, in pool_.
-  struct Links {
-    std::uint32_t begin = 0;
-    std::uint32_t foundation_count = 0;
-    std::uint32_t peer_count = 0;
-    std::uint32_t capacity = 0;
-  };
-  void compact_pool();
+  static void count_generations(Slab& slab);
 
   std::vector<Slab> slabs_;
   std::vector<std::uint8_t> slab_of_;
@@ -184,12 +182,9 @@ class CellTable {
   std::vector<CellExtent> extents_;
   std::vector<std::uint64_t> extent_epoch_;
   std::uint64_t epoch_ = 0;
-  std::vector<Links> links_;
-  std::vector<std::vector<Support>> supports_;
-  std::vector<std::uint32_t> pool_;
-  std::size_t pool_used_ = 0;
-  std::vector<std::uint32_t> scratch_foundations_;
-  std::vector<std::uint32_t> scratch_peers_;
+  std::vector<std::vector<Dependency>> needs_;
+  std::vector<std::vector<Dependency>> supports_;
+  std::vector<Dependency> scratch_;
 };
 
 }  // namespace fanstream

@@ -31,40 +31,6 @@ void own_thresholds(const CellTable& table, const CellScales& scales, float floo
 
 void raise(float& threshold, float to) { threshold = std::max(threshold, to); }
 
-// What the cells of a slab ask of those beside them. Rows are by cell of the slab.
-void raise_beside(const CellTable& table, std::uint32_t slab, const float* from, float* to) {
-  const std::uint32_t first = table.first_cell(slab);
-  const std::uint32_t count = table.cells_of(slab);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const float threshold = from[i];
-    if (!(threshold > 0.0F)) continue;
-    for (const std::uint32_t n : table.peers(first + i)) raise(to[n - first], threshold);
-  }
-}
-
-// What is applied keeps what it lies on.
-void raise_supports(const CellTable& table, std::uint32_t slab, std::uint32_t layer, std::vector<float>& thresholds) {
-  const std::uint32_t first = table.first_cell(slab);
-  const std::uint32_t row = table.first_step(slab) + layer * table.cells_of(slab);
-  for (std::uint32_t i = 0; i < table.cells_of(slab); ++i) {
-    const float threshold = thresholds[row + i];
-    if (!(threshold > 0.0F)) continue;
-    for (const Support& s : table.supports(first + i)) {
-      if (s.step == layer + 1) raise(thresholds[table.step_index(s.cell, s.on)], threshold);
-    }
-  }
-}
-
-void raise_foundations(const CellTable& table, std::uint32_t slab, std::vector<float>& thresholds) {
-  const std::uint32_t first = table.first_cell(slab);
-  for (std::uint32_t i = 0; i < table.cells_of(slab); ++i) {
-    const float threshold = thresholds[table.first_step(slab) + i];
-    if (!(threshold > 0.0F)) continue;
-    for (const std::uint32_t b : table.foundations(first + i))
-      raise(thresholds[table.step_index(b, table.segment_count(b))], threshold);
-  }
-}
-
 }  // namespace
 
 void CellScales::resize(std::size_t cells) {
@@ -80,29 +46,70 @@ void CellScales::set(std::uint32_t cell, const ProjectedError& error, double wei
   near = static_cast<float>(std::clamp(error.near, 1.0 / kHuge, kHuge));
 }
 
+float& ThresholdPass::at(const CellTable& table, std::uint32_t cell, std::uint32_t generation) {
+  const std::uint32_t slab = table.slab_of(cell);
+  const std::size_t row = slab_begin_[slab] + std::size_t{generation - 1} * table.cells_of(slab);
+  return generations_[row + cell - table.first_cell(slab)];
+}
+
+// What the cells' generation asks of the one before and of others.
+void ThresholdPass::raise_by(const CellTable& table, std::uint32_t slab, std::uint32_t generation) {
+  const std::uint32_t count = table.cells_of(slab);
+  const float* row = generations_.data() + slab_begin_[slab] + std::size_t{generation - 1} * count;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t cell = table.first_cell(slab) + i;
+    const float threshold = row[i];
+    const auto raise_all = [&](std::span<const Dependency> list, std::uint32_t& next) {
+      for (; next < list.size() && list[next].generation == generation; ++next) {
+        if (threshold > 0.0F) raise(at(table, list[next].cell, list[next].on), threshold);
+      }
+    };
+    raise_all(table.needs(cell), next_need_[cell]);
+    raise_all(table.supports(cell), next_support_[cell]);
+    if (!(threshold > 0.0F)) continue;
+    if (generation > 1) {
+      raise(at(table, cell, generation - 1), threshold);
+    } else if (const std::uint32_t parent = table.parent(cell); parent != CellTable::kNoCell) {
+      raise(at(table, parent, table.generations_of(slab - 1)), threshold);
+    }
+  }
+}
+
 void ThresholdPass::run(const CellTable& table, const CellScales& scales, float floor, StepThresholds& thresholds) {
   thresholds.begun.resize(table.step_count());
   thresholds.whole.resize(table.joins_generations() ? table.step_count() : 0);
   own_thresholds(table, scales, floor, thresholds.begun);
-  for (std::uint32_t slab = table.slab_count(); slab-- > 0;) {
-    const std::uint32_t count = table.cells_of(slab);
-    for (std::uint32_t layer = table.layers_of(slab); layer-- > 0;) {
-      float* row = thresholds.begun.data() + table.first_step(slab) + layer * count;
-      if (!thresholds.whole.empty())
-        std::copy_n(row, count, thresholds.whole.data() + table.first_step(slab) + layer * count);
-      // Generation by generation down to the first of the layer.
-      for (std::uint32_t g = table.layer_generations(slab, layer); g > 1; --g) {
-        before_.assign(row, row + count);
-        raise_beside(table, slab, before_.data(), row);
-      }
-      raise_supports(table, slab, layer, thresholds.begun);
-      if (layer > 0) {
-        for (std::uint32_t i = 0; i < count; ++i) raise((row - count)[i], row[i]);
-        raise_beside(table, slab, row, row - count);
+  slab_begin_.clear();
+  std::size_t size = 0;
+  for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {
+    slab_begin_.push_back(size);
+    size += std::size_t{table.generations_of(slab)} * table.cells_of(slab);
+  }
+  generations_.assign(size, 0.0F);
+  next_need_.assign(table.cell_count(), 0);
+  next_support_.assign(table.cell_count(), 0);
+  // Row by row: steps, and the last generations that they ask for.
+  const auto for_each_row = [&](const auto& f) {
+    for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {
+      const std::uint32_t count = table.cells_of(slab);
+      std::size_t first = slab_begin_[slab];
+      for (std::uint32_t layer = 0; layer < table.layers_of(slab); ++layer) {
+        const std::size_t last = first + std::size_t{table.layer_generations(slab, layer) - 1} * count;
+        f(table.first_step(slab) + layer * count, first, last, count);
+        first = last + count;
       }
     }
-    raise_foundations(table, slab, thresholds.begun);
+  };
+  for_each_row([&](std::size_t steps, std::size_t, std::size_t last, std::uint32_t count) {
+    std::copy_n(thresholds.begun.data() + steps, count, generations_.data() + last);
+  });
+  for (std::uint32_t slab = table.slab_count(); slab-- > 0;) {
+    for (std::uint32_t g = table.generations_of(slab); g > 0; --g) raise_by(table, slab, g);
   }
+  for_each_row([&](std::size_t steps, std::size_t first, std::size_t last, std::uint32_t count) {
+    std::copy_n(generations_.data() + first, count, thresholds.begun.data() + steps);
+    if (!thresholds.whole.empty()) std::copy_n(generations_.data() + last, count, thresholds.whole.data() + steps);
+  });
 }
 
 void count_steps_above(const CellTable& table, std::span<const float> thresholds, float level, float factor,

@@ -25,17 +25,25 @@ struct StepThresholds {
   std::vector<float> whole;  // that all of it is; the same, and left empty, where no layer joins generations
 };
 
-// A step's threshold becomes the largest weighted_px, before they are taken, of the step and of all steps that depend
-// on it by the table's rule or have been applied on top of it, or 0 where that is at most `floor`. So for every t >= floor what is above t is a closed
-// set, the smallest that has, as a whole, all steps that are above t by themselves.
+// A step is asked for by its weighted_px before it is taken, as a whole: in its last generation. A generation's
+// threshold becomes the largest of what is asked for of it and of all generations that depend on it by the table's
+// rule, or 0 where that is at most `floor`. So for every t >= floor the generations above t are a closed set, the
+// smallest that has all steps that are above t by themselves.
 //
-// One pass from fine to coarse, linear in generations, cells and neighbours: a step is final when all finer ones are.
+// One pass from fine to coarse, linear in generations, cells and dependencies: a generation is final when all finer
+// ones are.
 class ThresholdPass {
  public:
   void run(const CellTable& table, const CellScales& scales, float floor, StepThresholds& thresholds);
 
  private:
-  std::vector<float> before_;
+  void raise_by(const CellTable& table, std::uint32_t slab, std::uint32_t generation);
+  float& at(const CellTable& table, std::uint32_t cell, std::uint32_t generation);
+
+  std::vector<std::size_t> slab_begin_;   // into generations_
+  std::vector<float> generations_;        // by slab, generation and cell
+  std::vector<std::uint32_t> next_need_;  // by cell: the first of the needs that are not yet through; likewise
+  std::vector<std::uint32_t> next_support_;
 };
 
 // counts[cell] becomes how many of the cell's steps have a threshold above `level`; with a `factor`, thresholds are

@@ -16,11 +16,11 @@ constexpr std::uint32_t kMagic = 0x4E415346U;  // "FSAN"
 
 }  // namespace
 
-double error_from_code(std::uint8_t code, double step) { return code == 0 ? 0.0 : step * std::exp2(code / 4.0 - 4.0); }
+double error_from_code(std::uint8_t code, double step) { return code == 0 ? 0.0 : step * std::exp2(code / 8.0 - 4.0); }
 
 std::uint8_t code_of_error(double error, double step) {
   if (!(error > 0.0)) return 0;
-  return static_cast<std::uint8_t>(std::clamp(std::ceil(4.0 * (std::log2(error / step) + 4.0)), 1.0, 255.0));
+  return static_cast<std::uint8_t>(std::clamp(std::ceil(8.0 * (std::log2(error / step) + 4.0)), 1.0, 255.0));
 }
 
 std::uint32_t block_checksum(std::span<const std::byte> block) {

@@ -411,6 +411,21 @@ void ProgressiveMesh::find_supports(std::uint32_t cell_number, std::vector<Suppo
   }
 }
 
+void ProgressiveMesh::find_needs(std::uint32_t cell_number, std::vector<Support>& found) const {
+  found.clear();
+  const CellProgress& cell = cells_[cell_number];
+  const std::uint32_t end = slab_end(index_->cells[cell_number].slab);
+  for (std::uint32_t i = 0; i < cell.live->vertices.count(); ++i) {
+    const VertexId v = cell.live->vertices.at(i);
+    const std::uint32_t own = state_.vertices[v].context.next;
+    if (own > end) continue;
+    state_.fans.for_each_neighbour(v, [&](VertexId w) {
+      const std::uint32_t before = state_.vertices[w].context.next;
+      if (before < own && state_.cells[w] != cell_number) found.push_back({own, state_.cells[w], before});
+    });
+  }
+}
+
 std::uint32_t ProgressiveMesh::complete_generation() const {
   std::uint32_t least = head_->generation_count();
   for (std::uint32_t c = 0; c < cells_.size(); ++c) {

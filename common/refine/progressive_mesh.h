@@ -141,6 +141,10 @@ class ProgressiveMesh {
     std::uint32_t on = 0;  // the generation before it
   };
   void find_supports(std::uint32_t cell, std::vector<Support>& found) const;
+  // What a live cell's splits of its own slab still wait for, as far as its vertices tell already: they know of each
+  // vertex beside them in which generation that is split next. By cell that owns the other vertex now; where `on` is
+  // beyond the other cell's slab, a descendant of it will.
+  void find_needs(std::uint32_t cell, std::vector<Support>& found) const;
   const CellVertices& vertices(std::uint32_t cell) const { return cells_[cell].live->vertices; }  // of a live cell
   // Of a live cell. Computed when it is asked for, and again only after the cell or a neighbour has changed.
   const CellBounds& bounds(std::uint32_t cell) const;

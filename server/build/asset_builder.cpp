@@ -9,6 +9,7 @@
 #include "server/build/base_matching.h"
 #include "server/build/cell_grower.h"
 #include "server/build/cell_surface.h"
+#include "server/build/error_levels.h"
 #include "server/build/layer_plan.h"
 #include "server/build/polygon_encoding.h"
 #include "server/build/precision_choice.h"
@@ -20,9 +21,12 @@ namespace {
 
 Granularity granularity_of(const TriangleMesh& mesh, const BuildOptions& options) {
   const Granularity usual = default_granularity(static_cast<std::uint32_t>(mesh.positions.size()));
-  return {options.cell_vertices.value_or(usual.cell_vertices), options.slab_growth.value_or(usual.slab_growth),
+  return {options.cell_vertices.value_or(usual.cell_vertices),
+          options.slab_growth.value_or(usual.slab_growth),
           options.segment_splits.value_or(usual.segment_splits),
-          options.edges_per_vertex.value_or(usual.edges_per_vertex), options.evenness.value_or(usual.evenness)};
+          options.edges_per_vertex.value_or(usual.edges_per_vertex),
+          options.evenness.value_or(usual.evenness),
+          options.fine_share.value_or(usual.fine_share)};
 }
 
 // A 256th of the model. Handles add faces that no merge takes away (faces less twice the vertices stay the same), and
@@ -92,7 +96,12 @@ class Builder {
   MergeHistory run_simplify() const {
     SimplifyOptions simplify_options = simplify_options_of(mesh_, options_);
     simplify_options.progress = [this](double fraction) { report("simplify", fraction); };
-    return simplify(mesh_, simplify_options);
+    MergeHistory history = simplify(mesh_, simplify_options);
+    if (granularity_.fine_share >= 1.0) return history;
+    report("order by error", 0.0);
+    const CodedHistory coded(history, coded_places(), head_.grid);
+    history = level_by_error(mesh_.triangles, coded_places(), head_.grid, coded, {granularity_.fine_share});
+    return history;
   }
 
   void choose_precision_of(const MergeHistory& history) {

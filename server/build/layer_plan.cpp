@@ -28,11 +28,20 @@ std::vector<std::uint32_t> slab_borders(std::span<const std::uint32_t> vertices,
 }  // namespace
 
 Granularity default_granularity(std::uint32_t vertex_count) {
-  constexpr double kSmall = 50'000.0;
-  constexpr double kLarge = 400'000.0;
-  const double share = std::clamp(std::log(vertex_count / kSmall) / std::log(kLarge / kSmall), 0.0, 1.0);
-  const auto between = [share](double small, double large) { return small * std::pow(large / small, share); };
-  return {between(48.0, 4.0), between(4.0, 11.0), between(16.0, 1.3), between(1.5, 2.5), 2.0 * share};
+  const auto share_between = [vertex_count](double few, double many) {
+    return std::clamp(std::log(vertex_count / few) / std::log(many / few), 0.0, 1.0);
+  };
+  const double even = share_between(20'000.0, 40'000.0);
+  const double large = share_between(50'000.0, 400'000.0);
+  const auto between = [](double share, double from, double to) { return from * std::pow(to / from, share); };
+  Granularity granularity;
+  granularity.cell_vertices = between(large, 48.0, 3.7);
+  granularity.slab_growth = between(large, 4.0, 9.5);
+  granularity.segment_splits = between(large, between(even, 20.0, 8.0), 1.3);
+  granularity.edges_per_vertex = between(large, 1.5, 2.5);
+  granularity.evenness = 2.0 * even + 2.0 * large;
+  granularity.fine_share = 1.0 - 0.05 * large;
+  return granularity;
 }
 
 LayerPlan plan_layers(std::span<const std::uint32_t> vertices, const Granularity& options) {

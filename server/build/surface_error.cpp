@@ -32,8 +32,8 @@ class SurfaceTracker {
  private:
   // A bound is good enough that is this much above a distance which is there for sure, or usual around: by a factor,
   // and in grid steps.
-  static constexpr float kSlack = 1.1F;
-  static constexpr float kSlackSteps = 0.25F;
+  static constexpr float kSlack = 1.03F;
+  static constexpr float kSlackSteps = 0.1F;
   static constexpr std::uint32_t kMostDepth = 7;  // of cuts within cuts, in one patch
   static constexpr std::size_t kManyItems = 4096;
 

@@ -20,7 +20,7 @@
 // parts, smaller triangles that each lie in one piece, which go on as triangles of their own until a patch covers all
 // of them; then T is whole again. The same holds for them.
 //
-// Tightness. A triangle is cut further as long as its bound is more than a tenth and a quarter of a grid step above the
+// Tightness. A triangle is cut further as long as its bound is more than 3 % and a tenth of a grid step above the
 // largest distance that some tracked point in its patch has from the star, or in other patches around: those decide
 // what a whole cell of patches says. Measured on bunny, armadillo, fandisk, mountain, cow and dragon, the largest bound
 // of a level is 1.0 to 1.3 times the largest sampled distance, but for the finest levels of the fandisk (1.6, where

@@ -12,9 +12,6 @@ namespace {
 
 using testing::SeededRandom;
 using Cells = std::vector<std::uint32_t>;
-
-Cells list(std::span<const std::uint32_t> cells) { return {cells.begin(), cells.end()}; }
-
 // Slab 0: cells 0 and 1; slab 1: 2, 3, 4 of 0 and 5 of 1; slab 2: 6 and 7 of 2, 8 of 5.
 CellTable three_slabs() {
   const SlabShape slabs[] = {{2, 2}, {4, 1}, {3, 3}};
@@ -39,51 +36,82 @@ TEST(CellTable, NumbersCellsAndStepsBySlabAndLayer) {
   EXPECT_EQ(table.step_index(8, 3), 16U);
 }
 
-TEST(CellTable, NeighboursOfOtherSlabsMeanTheirAncestorsOrThemselves) {
+TEST(CellTable, GenerationsBelongToTheStepsThatJoinThem) {
   CellTable table = three_slabs();
-  EXPECT_EQ(list(table.foundations(6)), Cells{2}) << "the parent is known from the start";
-  EXPECT_TRUE(table.peers(6).empty());
-  table.set_neighbours(6, Cells{7, 3, 8, 1});
-  EXPECT_EQ(list(table.peers(6)), (Cells{7, 8}));
-  EXPECT_EQ(list(table.foundations(6)), (Cells{2, 1, 3, 5})) << "parent first; that of 8; the coarser ones";
-  table.set_neighbours(0, Cells{8, 6, 5});
-  EXPECT_EQ(list(table.peers(0)), Cells{1}) << "8 and 5 lie in 1, 6 in the cell itself";
-  EXPECT_TRUE(table.foundations(0).empty());
-  table.set_neighbours(0, {});
-  EXPECT_EQ(list(table.peers(0)), Cells{1}) << "an empty list says nothing";
+  EXPECT_EQ(table.generations_of(2), 3U);
+  table.set_layer_generations(2, 1, 3);
+  EXPECT_EQ(table.generations_of(2), 5U);
+  const std::uint32_t steps[] = {1, 2, 2, 2, 3};
+  for (std::uint32_t g = 1; g <= 5; ++g) EXPECT_EQ(table.step_of(8, g), steps[g - 1]) << g;
+  EXPECT_EQ(table.generations_of(0), 2U) << "other slabs have their own";
 }
 
-TEST(CellTable, DependenciesAreTheLayerBefore) {
+TEST(CellTable, DependenciesAreStepsOfEarlierLayers) {
   CellTable table = three_slabs();
-  table.set_neighbours(6, Cells{7, 3, 8});
+  table.set_layer_generations(2, 1, 2);  // generations 2 and 3 are step 2
+  table.add_needs(6, std::vector<Dependency>{{4, 7, 3}, {3, 8, 2}, {3, 7, 1}, {1, 5, 1}});
   using Steps = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
   const auto needs = [&](std::uint32_t cell, std::uint32_t p) {
     Steps steps;
     table.for_each_dependency(cell, p, [&](std::uint32_t c, std::uint32_t q) { steps.emplace_back(c, q); });
     return steps;
   };
-  EXPECT_EQ(needs(6, 1), (Steps{{2, 1}, {3, 1}, {5, 1}}));
-  EXPECT_EQ(needs(6, 3), (Steps{{6, 2}, {7, 2}, {8, 2}}));
+  EXPECT_EQ(needs(6, 1), (Steps{{2, 1}, {5, 1}})) << "the parent goes without saying";
+  EXPECT_EQ(needs(6, 2), (Steps{{6, 1}, {7, 1}})) << "what 8 gives is of the same layer";
+  EXPECT_EQ(needs(6, 3), (Steps{{6, 2}, {7, 2}}));
   EXPECT_EQ(needs(0, 1), Steps{});
   EXPECT_EQ(needs(2, 1), (Steps{{0, 2}}));
 }
 
-TEST(CellTable, NeighbourListsSurviveAnyNumberOfChanges) {
-  const SlabShape slabs[] = {{200, 3}};
+// Against a plain record of all that was told.
+TEST(CellTable, NeedsAreNeverForgottenAndSayNothingTwice) {
+  const SlabShape slabs[] = {{20, 9}};
   CellTable table = *CellTable::create(slabs, {});
   SeededRandom random(5);
-  std::vector<Cells> expected(200);
-  for (int i = 0; i < 20000; ++i) {
-    const std::uint32_t cell = random.below(200);
-    Cells beside;
-    for (std::uint32_t n = random.below(4); n < 200; n += 1 + random.below(60)) {
-      if (n != cell) beside.push_back(n);
+  std::vector<std::vector<Dependency>> told(20);
+  const auto needed = [](std::span<const Dependency> list, std::uint32_t generation, std::uint32_t cell) {
+    std::uint32_t most = 0;
+    for (const Dependency& d : list) {
+      if (d.cell == cell && d.generation <= generation) most = std::max(most, d.on);
     }
-    table.set_neighbours(cell, beside);
-    if (!beside.empty()) expected[cell] = beside;
-    const std::uint32_t other = random.below(200);
-    ASSERT_EQ(list(table.peers(other)), expected[other]) << "change " << i;
+    return most;
+  };
+  for (int i = 0; i < 2000; ++i) {
+    const std::uint32_t cell = random.below(20);
+    std::vector<Dependency> fresh;
+    for (std::uint32_t left = random.below(4); left > 0; --left) {
+      const std::uint32_t g = 2 + random.below(8);
+      const Dependency d{g, random.below(20), 1 + random.below(g - 1)};
+      if (d.cell != cell) fresh.push_back(d);
+    }
+    told[cell].insert(told[cell].end(), fresh.begin(), fresh.end());
+    table.add_needs(cell, fresh);
+    const auto known = table.needs(cell);
+    for (std::uint32_t g = 1; g <= 9; ++g) {
+      for (std::uint32_t n = 0; n < 20; ++n) ASSERT_EQ(needed(known, g, n), needed(told[cell], g, n)) << "change " << i;
+    }
+    for (std::size_t k = 0; k < known.size(); ++k) {
+      if (k > 0) {
+        ASSERT_GE(known[k - 1].generation, known[k].generation);
+      }
+      ASSERT_LT(needed(known, known[k].generation - 1, known[k].cell), known[k].on) << "said by a coarser generation";
+    }
   }
+}
+
+TEST(CellTable, WhatIsKnownAlreadyIsNoChange) {
+  CellTable table = three_slabs();
+  const std::vector<Dependency> list{{3, 7, 2}, {2, 8, 1}};
+  table.add_needs(6, list);
+  table.set_supports(6, list);
+  const std::uint64_t epoch = table.epoch();
+  table.add_needs(6, std::vector<Dependency>{{3, 7, 1}});
+  table.set_supports(6, list);
+  EXPECT_EQ(table.epoch(), epoch);
+  table.add_needs(6, std::vector<Dependency>{{2, 7, 1}});
+  EXPECT_GT(table.epoch(), epoch);
+  table.set_supports(6, {});
+  EXPECT_TRUE(table.supports(6).empty());
 }
 
 TEST(CellTable, SumsFollowEveryChange) {

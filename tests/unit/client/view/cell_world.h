@@ -27,6 +27,26 @@ struct CellWorldShape {
   double decay = 0.7;                  // of the error with each layer
 };
 
+// What a cell needs where it may take up a generation when all cells beside it have every one before: those of finer
+// slabs stand for the cell of its slab that they come from.
+inline std::vector<Dependency> needs_beside(const CellTable& table, std::uint32_t cell,
+                                            std::span<const std::uint32_t> beside) {
+  std::vector<Dependency> needs;
+  const std::uint32_t slab = table.slab_of(cell);
+  const auto need_all = [&](std::uint32_t n) { needs.push_back({1, n, table.generations_of(table.slab_of(n))}); };
+  for (std::uint32_t n : beside) {
+    while (table.slab_of(n) > slab) n = table.parent(n);
+    if (n == cell) continue;
+    if (table.slab_of(n) < slab) {
+      need_all(n);
+      continue;
+    }
+    if (slab > 0) need_all(table.parent(n));
+    for (std::uint32_t g = 2; g <= table.generations_of(slab); ++g) needs.push_back({g, n, g - 1});
+  }
+  return needs;
+}
+
 class CellWorld {
  public:
   struct Box {
@@ -139,13 +159,13 @@ class CellWorld {
       table_.set_applied(c, whole, whole + (generations_of(slab, whole) < done_[c]));
       if (!live(c)) continue;
       if (!table_.extent_known(c)) table_.set_extent(c, extent_of_box(boxes_[c]));
-      table_.set_neighbours(c, neighbours(c));
+      table_.add_needs(c, needs_beside(table_, c, neighbours(c)));
     }
   }
   void reveal_everything() {
     for (std::uint32_t c = 0; c < table_.cell_count(); ++c) {
       table_.set_extent(c, extent_of_box(boxes_[c]));
-      table_.set_neighbours(c, beside_[c]);
+      table_.add_needs(c, needs_beside(table_, c, beside_[c]));
     }
   }
 

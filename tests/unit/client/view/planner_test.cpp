@@ -184,32 +184,31 @@ void Situation::targets_are_minimal() {
       if (px > options_.tolerance_px) wished[c] = p;
     }
   }
-  // A wish is for whole segments; needs[c][p - 1] is how many generations of step p are needed.
-  std::vector<std::vector<std::uint32_t>> needs(wished.size());
+  // A wish is for whole segments, and so for all generations up to its last one.
+  std::vector<std::uint32_t> needs(wished.size());
   bool changed = true;
-  const auto need = [&](std::uint32_t c, std::uint32_t p, std::uint32_t generations) {
-    if (needs[c][p - 1] >= generations) return;
-    needs[c][p - 1] = generations;
-    for (std::uint32_t q = 1; q < p; ++q) needs[c][q - 1] = table().layer_generations(table().slab_of(c), q - 1);
+  const auto need = [&](std::uint32_t c, std::uint32_t generation) {
+    if (needs[c] >= generation) return;
+    needs[c] = generation;
     changed = true;
   };
-  const auto all = [&](std::uint32_t c, std::uint32_t p) {
-    return table().layer_generations(table().slab_of(c), p - 1);
-  };
   for (std::uint32_t c = 0; c < wished.size(); ++c) {
-    needs[c].resize(table().segment_count(c));
-    for (std::uint32_t p = 1; p <= wished[c]; ++p) need(c, p, all(c, p));
+    std::uint32_t generations = 0;
+    for (std::uint32_t p = 1; p <= wished[c]; ++p) generations += table().layer_generations(table().slab_of(c), p - 1);
+    need(c, generations);
   }
   while (changed) {
     changed = false;
     for (std::uint32_t c = 0; c < wished.size(); ++c) {
-      for (std::uint32_t p = 1; p <= needs[c].size() && needs[c][p - 1] > 0; ++p) {
-        for (const std::uint32_t n : table().peers(c)) need(n, p, needs[c][p - 1] - 1);
-        table().for_each_dependency(c, p, [&](std::uint32_t n, std::uint32_t q) { need(n, q, all(n, q)); });
-        wished[c] = std::max(wished[c], p);
+      if (needs[c] == 0) continue;
+      const std::uint32_t parent = table().parent(c);
+      if (parent != CellTable::kNoCell) need(parent, table().generations_of(table().slab_of(parent)));
+      for (const Dependency& d : table().needs(c)) {
+        if (d.generation <= needs[c]) need(d.cell, d.on);
       }
     }
   }
+  for (std::uint32_t c = 0; c < wished.size(); ++c) wished[c] = needs[c] == 0 ? 0 : table().step_of(c, needs[c]);
   for (std::uint32_t c = 0; c < wished.size(); ++c) ASSERT_EQ(plan.targets[c], wished[c]) << "cell " << c;
 }
 

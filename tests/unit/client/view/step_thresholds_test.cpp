@@ -22,6 +22,26 @@ CellScales random_scales(const CellTable& table, SeededRandom& random) {
   return scales;
 }
 
+// Of single generations, on any earlier one.
+void add_random_dependencies(CellTable& table, SeededRandom& random) {
+  for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
+    std::vector<Dependency> list;
+    const std::uint32_t slab = table.slab_of(c);
+    for (std::uint32_t left = random.below(4); left > 0; --left) {
+      const std::uint32_t other = random.below(table.first_cell(slab) + table.cells_of(slab));
+      const std::uint32_t g = 1 + random.below(table.generations_of(slab));
+      const bool same = table.slab_of(other) == slab;
+      if (other == c || (same && g == 1)) continue;
+      list.push_back({g, other, 1 + random.below(same ? g - 1 : table.generations_of(table.slab_of(other)))});
+    }
+    if (random.one_in(2)) {
+      table.add_needs(c, list);
+    } else {
+      table.set_supports(c, list);
+    }
+  }
+}
+
 TEST(StepThresholds, AreTheLargestOfAllThatDependsOnAStep) {
   std::uint64_t raised = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
@@ -32,49 +52,54 @@ TEST(StepThresholds, AreTheLargestOfAllThatDependsOnAStep) {
     shape.most_generations = random.one_in(2) ? 1 : 3;
     CellWorld world(shape, random);
     if (random.one_in(2)) world.reveal_everything();
+    add_random_dependencies(world.table(), random);
     const CellTable& table = world.table();
     const CellScales scales = random_scales(table, random);
     const float floor = random.one_in(3) ? 0.0F : static_cast<float>(5.0 * random.unit());
 
-    // By repetition until nothing changes, generation by generation of each step.
-    std::vector<std::vector<float>> expected(table.step_count());
-    const auto generations = [&](std::uint32_t c, std::uint32_t p) -> std::vector<float>& {
-      return expected[table.step_index(c, p)];
-    };
+    // By repetition until nothing changes, generation by generation.
+    std::vector<std::vector<float>> expected(table.cell_count());
     for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
-      for (std::uint32_t p = 1; p <= table.segment_count(c); ++p) {
+      expected[c].assign(table.generations_of(table.slab_of(c)), 0.0F);
+      for (std::uint32_t g = 1; g <= expected[c].size(); ++g) {
+        const std::uint32_t p = table.step_of(c, g);
+        if (g < expected[c].size() && table.step_of(c, g + 1) == p) continue;
         const float e = table.errors()[table.step_index(c, p)];
         const float distance = std::max({scales.near, scales.depth[c] - e, scales.slant[c] - 2 * e});
         const float px = scales.scale[c] * e / distance;
-        generations(c, p).assign(table.layer_generations(table.slab_of(c), p - 1), px > floor ? px : 0.0F);
+        expected[c][g - 1] = px > floor ? px : 0.0F;
       }
     }
     for (bool changed = true; changed;) {
       changed = false;
-      const auto need = [&](float& needed, float level) {
-        if (needed >= level) return;
-        needed = level;
+      const auto need = [&](std::uint32_t cell, std::uint32_t generation, float level) {
+        if (expected[cell][generation - 1] >= level) return;
+        expected[cell][generation - 1] = level;
         changed = true;
         ++raised;
       };
       for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
-        for (std::uint32_t p = 1; p <= table.segment_count(c); ++p) {
-          const std::vector<float>& own = generations(c, p);
-          for (std::size_t g = own.size() - 1; g > 0; --g) {
-            need(generations(c, p)[g - 1], own[g]);
-            for (const std::uint32_t n : table.peers(c)) need(generations(n, p)[g - 1], own[g]);
-          }
-          table.for_each_dependency(c, p,
-                                    [&](std::uint32_t n, std::uint32_t q) { need(generations(n, q).back(), own[0]); });
+        for (std::uint32_t g = 2; g <= expected[c].size(); ++g) need(c, g - 1, expected[c][g - 1]);
+        const std::uint32_t parent = table.parent(c);
+        if (parent != CellTable::kNoCell)
+          need(parent, static_cast<std::uint32_t>(expected[parent].size()), expected[c][0]);
+        for (const auto& list : {table.needs(c), table.supports(c)}) {
+          for (const Dependency& d : list) need(d.cell, d.on, expected[c][d.generation - 1]);
         }
       }
     }
     StepThresholds thresholds;
     ThresholdPass().run(table, scales, floor, thresholds);
-    for (std::uint32_t step = 0; step < table.step_count(); ++step) {
-      ASSERT_EQ(thresholds.begun[step], expected[step].front());
-      const float whole = table.joins_generations() ? thresholds.whole[step] : thresholds.begun[step];
-      ASSERT_EQ(whole, expected[step].back());
+    for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
+      for (std::uint32_t g = 1; g <= expected[c].size(); ++g) {
+        const std::uint32_t p = table.step_of(c, g);
+        const std::uint32_t step = table.step_index(c, p);
+        if (g == 1 || table.step_of(c, g - 1) != p) {
+          ASSERT_EQ(thresholds.begun[step], expected[c][g - 1]);
+        }
+        if (g < expected[c].size() && table.step_of(c, g + 1) == p) continue;
+        ASSERT_EQ(table.joins_generations() ? thresholds.whole[step] : thresholds.begun[step], expected[c][g - 1]);
+      }
     }
     ASSERT_EQ(thresholds.whole.empty(), !table.joins_generations());
   }
@@ -114,7 +139,7 @@ TEST(StepThresholds, WhatHasBeenAppliedKeepsWhatItLiesOn) {
   ThresholdPass pass;
   pass.run(table, scales, 0.0F, thresholds);
   for (std::uint32_t p = 1; p <= 3; ++p) EXPECT_EQ(thresholds.begun[table.step_index(1, p)], 0.0F);
-  const std::vector<Support> supports{{3, 1, 2}};
+  const std::vector<Dependency> supports{{3, 1, 2}};
   table.set_supports(0, supports);
   pass.run(table, scales, 0.0F, thresholds);
   EXPECT_EQ(thresholds.begun[table.step_index(1, 2)], thresholds.begun[table.step_index(0, 3)]);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/unit/client/view/cell_world.h"
+
 namespace fanstream {
 namespace {
 
@@ -11,12 +13,12 @@ class Row {
   Row(std::uint32_t cells, std::uint32_t layers) {
     const SlabShape slab{cells, layers};
     table = *CellTable::create({&slab, 1}, {});
-    for (std::uint32_t c = 0; c + 1 < cells; ++c) {
-      std::vector<std::uint32_t> beside = {c + 1};
+    for (std::uint32_t c = 0; c < cells; ++c) {
+      std::vector<std::uint32_t> beside;
       if (c > 0) beside.push_back(c - 1);
-      table.set_neighbours(c, beside);
+      if (c + 1 < cells) beside.push_back(c + 1);
+      table.add_needs(c, testing::needs_beside(table, c, beside));
     }
-    if (cells > 1) table.set_neighbours(cells - 1, std::vector<std::uint32_t>{cells - 2});
     judgements.resize(cells);
     for (CellJudgement& judgement : judgements) judgement = {{1.0, 1.0, 1.0, 1e-3}, 1.0, 1.0, 1.0};
     thresholds.assign(table.step_count(), 1.5F);

@@ -18,12 +18,12 @@ namespace {
 using testing::ExactBytes;
 using testing::SeededRandom;
 
-TEST(ErrorCode, StandsForABoundLessThanAQuarterOctaveAbove) {
+TEST(ErrorCode, StandsForABoundLessThanAnEighthOfAnOctaveAbove) {
   const double step = 0.37;
   for (double error = 0.07 * step; error < 1e6; error *= 1.013) {
     const double bound = error_from_code(code_of_error(error, step), step);
     ASSERT_GE(bound, error * (1.0 - 1e-12));
-    ASSERT_LE(bound, error * std::exp2(0.25) * (1.0 + 1e-12));
+    ASSERT_LE(bound, error * std::exp2(0.125) * (1.0 + 1e-12));
   }
 }
 

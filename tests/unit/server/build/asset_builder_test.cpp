@@ -19,6 +19,8 @@ TEST(AssetBuilder, GranularityIsThatOfTheModelsSizeUnlessGiven) {
   given.slab_growth = usual.slab_growth;
   given.segment_splits = usual.segment_splits;
   given.edges_per_vertex = usual.edges_per_vertex;
+  given.evenness = usual.evenness;
+  given.fine_share = usual.fine_share;
   const auto by_default = build_asset(mesh, {});
   const auto with_given = build_asset(mesh, given);
   ASSERT_TRUE(by_default && with_given);
@@ -33,6 +35,7 @@ TEST(AssetBuilder, GranularityIsThatOfTheModelsSizeUnlessGiven) {
   EXPECT_GT(cells_with([](BuildOptions& o) { o.slab_growth = 2.0; }).cells, usual_report.cells);
   EXPECT_GT(cells_with([](BuildOptions& o) { o.segment_splits = 3.0; }).segments, usual_report.segments);
   EXPECT_GT(cells_with([](BuildOptions& o) { o.edges_per_vertex = 0.3; }).generations, usual_report.generations);
+  EXPECT_NE(cells_with([](BuildOptions& o) { o.fine_share = 0.3; }).generations, usual_report.generations);
 }
 
 TEST(AssetBuilder, TheReportAddsUpToTheFile) {

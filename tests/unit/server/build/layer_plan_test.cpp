@@ -86,9 +86,11 @@ TEST(DefaultGranularity, CutsLargeModelsFinelyAndSmallOnesCoarsely) {
     EXPECT_DOUBLE_EQ(found.segment_splits, expected.segment_splits) << vertices;
     EXPECT_DOUBLE_EQ(found.edges_per_vertex, expected.edges_per_vertex) << vertices;
     EXPECT_DOUBLE_EQ(found.evenness, expected.evenness) << vertices;
+    EXPECT_DOUBLE_EQ(found.fine_share, expected.fine_share) << vertices;
   };
-  for (const std::uint32_t small : {3U, 1000U, 50'000U}) expect(small, {48.0, 4.0, 16.0, 1.5, 0.0});
-  for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U}) expect(large, {4.0, 11.0, 1.3, 2.5, 2.0});
+  for (const std::uint32_t small : {0U, 3U, 1000U, 20'000U}) expect(small, {48.0, 4.0, 20.0, 1.5, 0.0, 1.0});
+  for (const std::uint32_t middling : {40'000U, 50'000U}) expect(middling, {48.0, 4.0, 8.0, 1.5, 2.0, 1.0});
+  for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U}) expect(large, {3.7, 9.5, 1.3, 2.5, 4.0, 0.95});
 }
 
 TEST(DefaultGranularity, ChangesSteadilyInBetween) {
@@ -99,6 +101,8 @@ TEST(DefaultGranularity, ChangesSteadilyInBetween) {
     EXPECT_GT(now.slab_growth, before.slab_growth) << vertices;
     EXPECT_LT(now.segment_splits, before.segment_splits) << vertices;
     EXPECT_GT(now.edges_per_vertex, before.edges_per_vertex) << vertices;
+    EXPECT_GT(now.evenness, before.evenness) << vertices;
+    EXPECT_LT(now.fine_share, before.fine_share) << vertices;
     EXPECT_LT(before.cell_vertices / now.cell_vertices, 1.5) << "no leap at " << vertices;
     before = now;
   }
