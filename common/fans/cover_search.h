@@ -16,11 +16,18 @@ FaceOwners greedy_owners(const VertexStars& stars);
 // alone. Time is linear in faces times sweeps.
 void improve_owners(const VertexStars& stars, int sweeps, FaceOwners& owners);
 
+struct CenterSearchEffort {
+  std::size_t steps =
+      0;           // of one try; each lets one centre go and takes one in: about 0.2 us, whatever the mesh's size
+  int sweeps = 0;  // of improve_owners after a try, at most
+  int tries = 1;   // at most
+};
+
 // Every face has a fan's centre among its corners, so no cover has fewer fans than the fewest vertices that reach all
 // faces; and nearly always so many do, since those vertices are rarely neighbours. Seeks such vertices, from the
-// present owners on, for `steps` steps (each lets one go and takes one in), shares the faces out among them and
-// improves that by so many sweeps. The present owners stay where it comes out no better. By a generator of fixed seed.
-// A step takes about 0.15 us, whatever the mesh's size. Precondition: every face is owned.
-void search_centers(const VertexStars& stars, std::size_t steps, int sweeps, FaceOwners& owners);
+// present owners on, shares the faces out among them and improves that, and tries again with others while there are
+// more fans than centres. The present owners stay where it comes out no better. By a generator of fixed seed.
+// Precondition: every face is owned.
+void search_centers(const VertexStars& stars, const CenterSearchEffort& effort, FaceOwners& owners);
 
 }  // namespace fanstream

@@ -13,20 +13,28 @@ namespace {
 // More sweeps find ever less: on real meshes 4 leave 2.76 to 2.81 issued vertices per vertex, 16 leave 0.02 fewer.
 constexpr int kSweeps = 4;
 // In small meshes, where a fan more or less counts, the search for centres comes near the fewest possible in so many
-// steps a vertex; in larger ones it would take too long.
-constexpr std::size_t kStepsPerVertex = 64;
-constexpr std::size_t kMostSteps = 32'768;
-constexpr std::size_t kMostSearchedVertices = 2048;
-constexpr int kSweepsAfterSearch = 16;
+// steps a vertex, and what it finds takes some sweeps to share out; in larger ones that would take too long.
+constexpr std::size_t kMostSearchedVertices = 4096;
+CenterSearchEffort search_effort(std::size_t vertices) {
+  constexpr std::size_t kStepsPerVertex = 64;
+  constexpr std::size_t kMostSteps = 49'152;
+  constexpr std::size_t kMostStepsOfAllTries = 65'536;
+  constexpr std::size_t kMostSweptVertices = 32'768;  // all sweeps of a try together
+  constexpr std::size_t kMostSweeps = 48;
+  constexpr std::size_t kMostTries = 4;
+  const std::size_t count = std::max<std::size_t>(vertices, 1);
+  const std::size_t steps = std::min(kMostSteps, kStepsPerVertex * count);
+  return {steps, static_cast<int>(std::min(kMostSweeps, kMostSweptVertices / count)),
+          static_cast<int>(std::min(kMostTries, kMostStepsOfAllTries / steps))};
+}
 
 FaceOwners owners_by(CoverMethod method, const VertexStars& stars) {
   if (method == CoverMethod::paper) return paper_owners(stars);
   FaceOwners owners = greedy_owners(stars);
   if (method == CoverMethod::greedy) return owners;
   improve_owners(stars, kSweeps, owners);
-  if (stars.vertex_count() <= kMostSearchedVertices) {
-    search_centers(stars, std::min(kMostSteps, kStepsPerVertex * stars.vertex_count()), kSweepsAfterSearch, owners);
-  }
+  const std::size_t vertices = stars.vertex_count();
+  if (vertices <= kMostSearchedVertices) search_centers(stars, search_effort(vertices), owners);
   return owners;
 }
 

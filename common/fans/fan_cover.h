@@ -16,15 +16,16 @@ enum class CoverMethod {
   paper,
   // Largest remaining star first: about 2.9 vertices per vertex.
   greedy,
-  // Greedy, then local searches for fewer fans: 2.65 to 2.82; up to 2,048 vertices, where more is sought, 2.78 at
-  // most. A regular mesh admits no better than 2.67 (less only where boundaries leave fewer than two faces per vertex).
+  // Greedy, then local searches for fewer fans: 2.65 to 2.82; up to 4,096 vertices, where more is sought, 2.78 at
+  // most, and on meshes of a few hundred mostly the fewest there are. A regular mesh admits no better than 2.67 (less
+  // only where boundaries leave fewer than two faces per vertex).
   best,
 };
 
 // The fans by ascending centre (one centre may have several), the paper's isolated triangles last, rings
 // counter-clockwise; `vertices` stays empty, for the caller to fill. Accepts what VertexStars::build accepts and fails
 // as it does. Depends on the mesh alone: the same on every machine. Time is linear in the faces, about 0.3 us each, and
-// up to 12 ms more where more is sought; working memory about 50 bytes a face.
+// up to 25 ms more where more is sought; working memory about 50 bytes a face.
 Result<FanMesh> cover_with_fans(std::size_t vertex_count, std::span<const Triangle> triangles,
                                 CoverMethod method = CoverMethod::best);
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "common/fans/face_rooms.h"
 #include "common/fans/ring_mesh.h"
 #include "common/support/paged_array.h"
 
@@ -33,11 +34,15 @@ class LinkedFans {
   // Precondition: `triangles` are an oriented manifold (is_oriented_manifold) over vertices 0..vertex_count-1.
   LinkedFans(std::size_t vertex_count, const std::vector<Triangle>& triangles);
   // Makes room for vertices up to vertex_count - 1, which only split() brings into the mesh. Room that is not in use
-  // takes no memory.
+  // takes no memory: with huge pages as long as nothing near it is, with small ones nearly none wherever it is, since
+  // faces then lie where there is room and not by their vertices' numbers. Precondition: no vertex was split yet, or
+  // `pages` are those of before.
   void resize(std::size_t vertex_count, PageKind pages = PageKind::huge);
   // PagedArray's, for vertices [first, last) that split() brings; of those that are given back none is in the mesh.
   void note_use(VertexId first, VertexId last);
   void discard(VertexId first, VertexId last);
+  // Gives back the small pages on which there is no face any more.
+  void discard_unused_faces();
 
   std::size_t vertex_capacity() const { return fans_.size(); }  // one past the largest vertex number
   bool contains(VertexId v) const { return v < fans_.size() && fans_[v].count != 0; }
@@ -79,25 +84,47 @@ class LinkedFans {
   // Two words' worth to remember with a vertex that split() brought, in room that its faces leave; merge() forgets it.
   using Note = std::array<Corner, 2>;
   void set_note(VertexId added, const Note& note) {
-    corners_[first_corner(added) + 3] = note[0];
-    corners_[first_corner(added) + 7] = note[1];
+    Corner* const faces = corners_.data() + first_corner(added);
+    faces[3] = note[0];
+    faces[7] = note[1];
   }
-  Note note(VertexId added) const { return {corners_[first_corner(added) + 3], corners_[first_corner(added) + 7]}; }
+  Note note(VertexId added) const {
+    const Corner* const faces = corners_.data() + first_corner(added);
+    return {faces[3], faces[7]};
+  }
 
   // Every face once: those of the base, then by the numbers of the vertices that they came with.
   std::vector<Triangle> triangles() const;
-  std::size_t memory_bytes() const { return corners_.resident_bytes() + fans_.resident_bytes(); }
+  std::size_t memory_bytes() const;
 
  private:
   struct Fan {
     CornerId corner = 0;
     std::uint32_t count = 0;
   };
-  // The first corner of the first of the two faces that came with `added`.
-  CornerId first_corner(VertexId added) const { return 4 * (base_faces_ + 2 * (added - base_vertices_)); }
+  // Faces in rooms: those that come with kRoomVertices vertices of successive numbers share one, 256 bytes.
+  static constexpr std::uint32_t kRoomVertices = 4;
+  static constexpr std::uint32_t kRoomCorners = 8 * kRoomVertices;
+  static constexpr std::uint32_t kBlockRooms = 1024;  // a page of rooms_
+  static constexpr std::uint32_t kPageCorners = kRoomCorners * FaceRooms::kPerPage;
 
-  PagedArray<Corner> corners_;    // by fours, the fourth for notes
-  PagedArray<Fan> fans_;          // by vertex
+  // The first corner of the first of the two faces that came with `added`.
+  CornerId first_corner(VertexId added) const {
+    const std::uint32_t n = added - base_vertices_;
+    return in_rooms_ ? rooms_[n / kRoomVertices] + 8 * (n % kRoomVertices) : 4 * (base_faces_ + 2 * n);
+  }
+  void take_room(std::uint32_t room);
+  void leave_room(std::uint32_t room);
+
+  PagedArray<Corner> corners_;  // by fours, the fourth for notes
+  PagedArray<Fan> fans_;        // by vertex
+  // Of faces that lie in rooms, as they do on small pages: by room's worth of vertices, its first corner, or 0 where
+  // none of them is in the mesh.
+  PagedArray<CornerId> rooms_;
+  FaceRooms taken_;
+  std::vector<std::uint32_t> taken_of_block_;  // how many of kBlockRooms successive entries of rooms_ are not 0
+  CornerId rooms_begin_ = 0;
+  bool in_rooms_ = false;
   std::uint32_t base_faces_ = 0;  // with those to kOutside
   std::uint32_t base_vertices_ = 0;
 };

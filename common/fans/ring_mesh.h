@@ -1,4 +1,5 @@
-// A mesh kept as the closed (on a boundary: open) fan of every vertex: the state that FanSplits refine and coarsen in place.
+// A mesh kept as the closed (on a boundary: open) fan of every vertex: the state that FanSplits refine and coarsen in
+// place.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +11,14 @@
 
 namespace fanstream {
 
-// Stands in a ring for the outside of the mesh. A boundary vertex has it once, between its last and its first neighbour,
-// so that an open fan is a closed fan around which some faces are not drawn, and boundary cases need no code of their own.
+// Stands in a ring for the outside of the mesh. A boundary vertex has it once, between its last and its first
+// neighbour, so that an open fan is a closed fan around which some faces are not drawn, and boundary cases need no code
+// of their own.
 inline constexpr VertexId kOutside = 0xFFFFFFFFU;
 
-// The rings of all vertices, counter-clockwise seen from outside, each cyclic and starting anywhere. Vertices are known by
-// number only; positions are kept elsewhere. split() and merge() are exact inverses and cost time proportional to the
-// valences touched. Thread safety: like a standard container.
+// The rings of all vertices, counter-clockwise seen from outside, each cyclic and starting anywhere. Vertices are known
+// by number only; positions are kept elsewhere. split() and merge() are exact inverses and cost time proportional to
+// the valences touched. Thread safety: like a standard container.
 class RingMesh {
  public:
   // Precondition: `triangles` are an oriented manifold (is_oriented_manifold) over vertices 0..vertex_count-1.
@@ -30,10 +32,10 @@ class RingMesh {
   std::uint32_t ring_size(VertexId v) const { return slots_[v].count; }
   bool is_boundary(VertexId v) const;
 
-  // FanSplit of the closed fan of `root`: the new vertex takes over the ring from its position `first` counter-clockwise to
-  // position `last`, both wings included; `root` keeps the rest, both wings included. Either wing may be kOutside: then
-  // one face is inserted instead of two. Preconditions: root is in the mesh, first != last, both < ring_size(root), and
-  // added is not in the mesh.
+  // FanSplit of the closed fan of `root`: the new vertex takes over the ring from its position `first`
+  // counter-clockwise to position `last`, both wings included; `root` keeps the rest, both wings included. Either wing
+  // may be kOutside: then one face is inserted instead of two. Preconditions: root is in the mesh, first != last, both
+  // < ring_size(root), and added is not in the mesh.
   void split(VertexId root, VertexId added, std::uint32_t first, std::uint32_t last);
 
   // FanMerge, the inverse: `removed` is absorbed by its neighbour `root`. Precondition: can_merge(root, removed).
@@ -43,7 +45,8 @@ class RingMesh {
   // neither the rest nor a tetrahedron degenerates. True also implies that removed is a neighbour of root.
   bool can_merge(VertexId root, VertexId removed) const;
 
-  // The two wings of edge {root, removed}: the first and the last ring vertex that `removed` would take over in a split.
+  // The two wings of edge {root, removed}: the first and the last ring vertex that `removed` would take over in a
+  // split.
   struct Wings {
     VertexId first = kOutside;
     VertexId last = kOutside;

@@ -39,7 +39,13 @@ class CenterSearch {
     vertices_[added].score = kept;
   }
 
-  // The smallest set of centres found. Precondition: those added reach all faces.
+  // Takes in centres until they reach all faces.
+  void complete() {
+    while (!exposed_.empty()) add(best_to_enter(exposed_[below(exposed_.size())]));
+  }
+
+  // The smallest set of centres found; another when it is called again. Precondition: those that are in reach all
+  // faces.
   std::vector<VertexId> run(std::size_t steps) {
     std::vector<VertexId> best = centers_;
     VertexId latest = kNone;
@@ -64,7 +70,7 @@ class CenterSearch {
 
  private:
   // Of many centres only so many, picked at random, are compared for which is to leave.
-  static constexpr std::size_t kSamples = 30;
+  static constexpr std::size_t kSamples = 60;
 
   struct Vertex {
     std::int64_t score = 0;       // weight of the faces that would lose (a centre) or find (another) their only centre
@@ -182,18 +188,39 @@ FaceOwners owners_of(const VertexStars& stars, const std::vector<VertexId>& cent
   return owners;
 }
 
+// Mostly all faces of a centre soon lie side by side; more sweeps are worth it only where some do not. Returns the
+// fans.
+std::size_t share_out(const VertexStars& stars, std::size_t centers, int sweeps, FaceOwners& owners) {
+  constexpr int kSweepsAtOnce = 8;
+  std::size_t fans = fan_count(stars, owners);
+  for (int done = 0; done < sweeps && (done == 0 || fans > centers); done += kSweepsAtOnce) {
+    improve_owners(stars, std::min(kSweepsAtOnce, sweeps - done), owners);
+    fans = fan_count(stars, owners);
+  }
+  return fans;
+}
+
 }  // namespace
 
-void search_centers(const VertexStars& stars, std::size_t steps, int sweeps, FaceOwners& owners) {
+void search_centers(const VertexStars& stars, const CenterSearchEffort& effort, FaceOwners& owners) {
   std::vector<std::uint8_t> is_center(stars.vertex_count(), 0);
   for (const VertexId owner : owners) is_center[owner] = 1;
   CenterSearch search(stars);
   for (VertexId v = 0; v < is_center.size(); ++v) {
     if (is_center[v] != 0) search.add(v);
   }
-  FaceOwners found = owners_of(stars, search.run(steps));
-  improve_owners(stars, sweeps, found);
-  if (fan_count(stars, found) < fan_count(stars, owners)) owners = std::move(found);
+  std::size_t fewest = fan_count(stars, owners);
+  for (int i = 0; i < effort.tries; ++i) {
+    search.complete();
+    const std::vector<VertexId> centers = search.run(effort.steps);
+    FaceOwners found = owners_of(stars, centers);
+    const std::size_t fans = share_out(stars, centers.size(), effort.sweeps, found);
+    if (fans < fewest) {
+      fewest = fans;
+      owners = std::move(found);
+    }
+    if (fewest <= centers.size()) break;
+  }
 }
 
 }  // namespace fanstream

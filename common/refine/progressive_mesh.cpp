@@ -52,7 +52,6 @@ void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std
     cell.live = std::make_unique<LiveCell>();
     cell.live->vertices = {first + i, std::move(groups[i]), entry.first_vertex, 0, entry.split_count};
     state_.set_cell(first + i, cell.live->vertices.initial);
-    cell.live->generations.reserve(slab_end(slab) - slab_begin(slab));
     cell.done = static_cast<std::uint8_t>(slab_begin(slab));
     update_limit(first + i);
     note_change(first + i);

@@ -38,8 +38,8 @@ void reset_peak_memory() {
   std::ofstream("/proc/self/clear_refs") << "5";
 }
 
-std::uint64_t resident_bytes() {
-  const std::string kilobytes = value_of("/proc/self/status", "VmRSS:");
+std::uint64_t own_resident_bytes() {
+  const std::string kilobytes = value_of("/proc/self/status", "RssAnon:");
   return kilobytes.empty() ? 0 : 1024 * std::strtoull(kilobytes.c_str(), nullptr, 10);
 }
 

@@ -13,7 +13,8 @@ std::string describe_machine();
 void reset_peak_memory();
 // The peak since then, or since the process began: VmHWM of the whole process. 0 where there is no /proc.
 std::uint64_t peak_memory_bytes();
-// VmRSS: what the process has resident now. 0 where there is no /proc.
-std::uint64_t resident_bytes();
+// RssAnon: the memory of its own that the process has resident now: all but what it maps from files, its code above
+// all. 0 where there is no /proc.
+std::uint64_t own_resident_bytes();
 
 }  // namespace fanstream::bench

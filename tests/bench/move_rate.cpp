@@ -94,13 +94,13 @@ namespace {
 Result<ClientMemory> grow(const std::shared_ptr<const OpenAsset>& asset, const View& view, const PlanOptions& options,
                           StopAt stop) {
   malloc_trim(0);
-  const std::uint64_t before = resident_bytes();
+  const std::uint64_t before = own_resident_bytes();
   if (before == 0) return fail(ErrorKind::io, "/proc does not tell how large a process is");
   Result<ViewDelivery> delivery = ViewDelivery::start(asset, ViewDelivery::Tables::own);
   if (!delivery) return tl::unexpected(delivery.error());
   const Result<ViewBytes> delivered = delivery->deliver(view, options, stop);
   if (!delivered) return tl::unexpected(delivered.error());
-  const std::uint64_t after = resident_bytes();
+  const std::uint64_t after = own_resident_bytes();
   const ProgressiveMesh& mesh = delivery->model().mesh();
   return ClientMemory{after > before ? after - before : 0, mesh.memory_bytes(), mesh.state().fans.triangles().size()};
 }

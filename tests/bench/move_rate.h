@@ -19,7 +19,8 @@ struct MoveRates {
 // Fails (bad_input) where not every split is applied and undone.
 Result<MoveRates> measure_move_rates(const OpenAsset& asset, int repetitions);
 
-// What a process grows by, resident, when it reads head and index, makes a ViewModel, and is handed segments.
+// What a process grows by, resident, when it reads head and index, makes a ViewModel, and is handed segments. The
+// program's code, of which pages come in where they are first run, is not a model's and left out.
 struct ClientMemory {
   std::uint64_t grown_bytes = 0;
   std::uint64_t counted_bytes = 0;  // ProgressiveMesh::memory_bytes(), which is part of it

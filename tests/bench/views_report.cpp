@@ -208,7 +208,8 @@ Section speed(const std::vector<ViewsFigures>& models) {
   return {
       "speed",
       "Applying every split to FM0, undoing all and applying all again: millions of splits per second of CPU time "
-      "on one core (medians). Resident memory that a process grows by with a model's head, index, table, planner, "
+      "on one core (medians). Resident memory of its own (not code) that a process grows by with a model's head, "
+      "index, table, planner, "
       "held segments and mesh, per live triangle: at a stated 1 px of the whole view with the client's weights, and "
       "in full. CPU time of a full plan after the camera has gone around the settled view's target (medians)",
       std::move(table)};

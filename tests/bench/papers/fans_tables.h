@@ -10,8 +10,4 @@ namespace fanstream::bench {
 // Needs armadillo_86k.ply. Writes fans_ellipsoid.png, fans_711.png and fans_3522.png.
 Result<std::vector<Section>> measure_fans(const PapersOptions& options);
 
-// A number of fans that no cover of the mesh can be below: a fan around v has at most v's faces, so the shares
-// 1 / (most faces around a corner) of all faces sum up to no more than one a fan.
-std::size_t least_fans(std::size_t vertex_count, const std::vector<Triangle>& triangles);
-
 }  // namespace fanstream::bench

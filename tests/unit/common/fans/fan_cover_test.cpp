@@ -155,7 +155,7 @@ TEST(FanCover, SearchingForCentresLeavesAtMostAsManyFans) {
     FaceOwners owners = greedy_owners(*stars);
     for (const std::size_t steps : {0U, 1U, 10U, 1000U}) {
       const std::size_t before = fans_of(*stars, owners).fans.size();
-      search_centers(*stars, steps, 1, owners);
+      search_centers(*stars, {steps, 1, 2}, owners);
       const FanMesh fans = fans_of(*stars, owners);
       EXPECT_LE(fans.fans.size(), before) << steps << " steps";
       EXPECT_EQ(fan_statistics(0, fans).faces, c.mesh.triangles.size());
