@@ -39,6 +39,7 @@ FanState state_of(const TriangleMesh& mesh, SeededRandom& random, const PlacePre
 
 // As a head gives them, once next splits are known.
 void show_base(FanState& state, VertexId vertices) {
+  if (state.precision.is_exact()) return;
   for (VertexId v = 0; v < vertices; ++v) {
     state.vertices[v].place = state.precision.shown(state.vertices[v].place, state.vertices[v].context);
   }
@@ -46,6 +47,7 @@ void show_base(FanState& state, VertexId vertices) {
 
 // Of all vertices: what their contexts say is known.
 void expect_known_places(const FanState& state) {
+  if (state.precision.is_exact()) return;
   for (VertexId v = 0; v < state.vertices.size(); ++v) {
     const FanVertex& vertex = state.vertices[v];
     if (!state.fans.contains(v)) continue;
@@ -108,7 +110,8 @@ struct RandomSource {
     split.first = random.below(size);
     split.last = (split.first + 1 + random.below(size - 1)) % size;
     split.parent = static_cast<ParentPosition>(random.below(3));
-    split.displacement = {random.between(-9, 9), random.between(-9, 9), random.between(-9, 9)};
+    const std::int32_t reach = 9 >> state.precision.left_out(generation);  // points of the lattice
+    split.displacement = {random.between(-reach, reach), random.between(-reach, reach), random.between(-reach, reach)};
     std::uint64_t root_taken = 0;
     std::uint64_t added_taken = 0;
     for (std::uint32_t i = split.last;; i = (i + 1) % size) {
