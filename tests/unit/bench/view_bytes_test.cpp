@@ -49,7 +49,7 @@ std::uint64_t all_segment_bytes(const OpenAsset& asset) {
 TEST(ViewDelivery, StatesWhatWasAskedForAndAFinerToleranceTakesMore) {
   const Example example;
   std::uint64_t before = 0;
-  for (const double tolerance_px : {32.0, 12.0, 6.0}) {
+  for (const double tolerance_px : {32.0, 10.0, 4.0}) {
     const Result<ViewBytes> bytes = delivered(example, plain(tolerance_px), StopAt::stated_error);
     ASSERT_TRUE(bytes) << bytes.error().message;
     EXPECT_LE(bytes->stated_error_px, tolerance_px);

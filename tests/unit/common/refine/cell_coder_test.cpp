@@ -39,7 +39,6 @@ FanState state_of(const TriangleMesh& mesh, SeededRandom& random, const PlacePre
 
 // As a head gives them, once next splits are known.
 void show_base(FanState& state, VertexId vertices) {
-  if (state.precision.is_exact()) return;
   for (VertexId v = 0; v < vertices; ++v) {
     state.vertices[v].place = state.precision.shown(state.vertices[v].place, state.vertices[v].context);
   }
@@ -47,7 +46,6 @@ void show_base(FanState& state, VertexId vertices) {
 
 // Of all vertices: what their contexts say is known.
 void expect_known_places(const FanState& state) {
-  if (state.precision.is_exact()) return;
   for (VertexId v = 0; v < state.vertices.size(); ++v) {
     const FanVertex& vertex = state.vertices[v];
     if (!state.fans.contains(v)) continue;
