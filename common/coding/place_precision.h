@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "common/coding/fan_vertex.h"
@@ -20,10 +21,10 @@ namespace fanstream {
 
 // Every 2^shift-th code of each axis, by number: points of the lattice are codes without their low bits.
 struct PlaceLattice {
-  GridPoint shift{0};          // bits left out, by axis
-  GridPoint half{0};           // of its cells; 0 on an exact axis
-  GridPoint last{0};           // the largest code of each axis
-  std::uint32_t left_out = 0;  // bits, all axes together
+  GridPoint shift{0};                                        // bits left out, by axis
+  GridPoint half{0};                                         // of its cells; 0 on an exact axis
+  GridPoint last{std::numeric_limits<std::int32_t>::max()};  // the largest code of each axis, where it is known
+  std::uint32_t left_out = 0;                                // bits, all axes together
 
   bool is_exact() const { return left_out == 0; }
   glm::vec3 cell_size() const { return {1 << shift.x, 1 << shift.y, 1 << shift.z}; }  // in codes

@@ -16,20 +16,23 @@ LevelReplay::LevelReplay(const CodedHistory& coded, const PositionGrid& grid, st
       places_(coded.base_places),
       vertices_(coded.history.base_vertices) {
   rings_.reserve(vertex_count);
-  if (coded_.generation_count() > 0) next_ = coded_.generation_end(1);
+  std::vector<GridPoint> places = coded.model_places;
+  for (std::uint32_t m = 0; m < coded.history.merges.size(); ++m) {
+    const MergeRecord& merge = coded.history.merges[m];
+    split_places_.push_back({places[merge.root], places[merge.removed]});
+    places[merge.root] = coded.place_after(m, places[merge.root], places[merge.removed]);
+  }
+  next_ = static_cast<std::uint32_t>(coded.history.merges.size());
 }
 
 void LevelReplay::refine_to(std::uint32_t vertices) {
   assert(vertices >= vertices_ && vertices <= vertices_ + next_);
   while (vertices_ < vertices) {
-    while (next_ == coded_.generation_begin(generation_)) ++generation_;
     const MergeRecord& merge = coded_.history.merges[--next_];
     rings_.split(merge.root, merge.removed, rings_.position_in_ring(merge.root, merge.first),
                  rings_.position_in_ring(merge.root, merge.last));
-    const SplitPlaces places = places_after_split(places_[merge.root], merge.parent, coded_.displacements[next_],
-                                                  generation_, coded_.shift(next_));
-    places_[merge.root] = places.kept;
-    places_[merge.removed] = places.added;
+    places_[merge.root] = split_places_[next_].kept;
+    places_[merge.removed] = split_places_[next_].added;
     ++vertices_;
   }
 }

@@ -13,7 +13,7 @@
 namespace fanstream::bench {
 
 // Replays a history from FM0 in coding order: coarse to fine, within a generation the dearest merge is undone first. At
-// the ends of generations a client has the same mesh; in between it has the same splits in the order of its cells.
+// the ends of generations a client of an asset of the same precision has the same mesh; in between it has the same splits in the order of its cells.
 class LevelReplay {
  public:
   // Keeps references to its arguments. `vertex_count` is the full model's.
@@ -30,7 +30,7 @@ class LevelReplay {
   const PositionGrid& grid_;
   RingMesh rings_;
   std::vector<GridPoint> places_;
-  std::uint32_t generation_ = 1;
+  std::vector<SplitPlaces> split_places_;  // by merge: where its split leaves both centres
   std::uint32_t next_ = 0;  // one past the next merge to undo
   std::uint32_t vertices_ = 0;
 };

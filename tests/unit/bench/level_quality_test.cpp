@@ -15,7 +15,7 @@ struct Fixture {
   std::shared_ptr<const OpenAsset> asset = built_asset(mesh, small_cells());
   const PositionGrid& grid = asset->asset_head()->grid;
   MergeHistory history = simplify(mesh, same_options());
-  CodedHistory coded{history, places(), grid};
+  CodedHistory coded{history, places(), grid, asset->asset_head()->precision};
 
   SimplifyOptions same_options() const {
     SimplifyOptions options;

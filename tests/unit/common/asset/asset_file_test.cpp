@@ -169,20 +169,22 @@ TEST(AssetFile, DamagedHeadIsNamed) {
   EXPECT_NE(message.find("the head"), std::string::npos) << message;
 }
 
-// Cells without layers to refine them by: found by fuzzing.
-TEST(AssetFile, CellsWithoutLayersAreRefused) {
-  const auto asset = AssetFile::from_memory(small_asset(testing::make_grid(1, 1)), "x.fan");
+// Layers without cells to refine, or with more than FM0 has vertices.
+TEST(AssetFile, ImpossibleNumbersOfCellsAreRefused) {
+  const auto asset = AssetFile::from_memory(small_asset(), "x.fan");
   ASSERT_TRUE(asset.has_value());
   AssetHead head = *(*asset)->asset_head();
-  ASSERT_TRUE(head.layer_ends.empty());
-  head.root_cell_count = 1;
+  ASSERT_FALSE(head.layer_ends.empty());
+  head.root_cell_count = 0;
+  EXPECT_FALSE(AssetFile::from_memory(forged(**asset, head), "x.fan").has_value());
+  head.root_cell_count = static_cast<std::uint32_t>(head.base.places.size()) + 1;
   EXPECT_FALSE(AssetFile::from_memory(forged(**asset, head), "x.fan").has_value());
 }
 
 TEST(AssetFile, AnotherVersionIsSaidToBeOne) {
   std::vector<std::byte> bytes = small_asset();
   for (const int version :
-       {0, 1, 2, 3, 5, 77}) {  // 3 had the whole cell table in its index, 2 coded roots by generation
+       {0, 1, 2, 3, 4, 6, 77}) {  // 4 knew all places exactly, 3 had the whole cell table in its index
     bytes[4] = static_cast<std::byte>(version);
     const Error error = error_of(bytes);
     EXPECT_EQ(error.kind, ErrorKind::unsupported);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
 
 #include "common/coding/fan_vertex.h"
 #include "common/fans/linked_fans.h"

@@ -4,6 +4,7 @@
 
 #include "common/asset/asset_file.h"
 #include "common/coding/base_coder.h"
+#include "common/coding/base_places.h"
 #include "tests/support/asset_helpers.h"
 #include "tests/support/mesh_generators.h"
 #include "tests/support/polygon_sources.h"
@@ -95,7 +96,7 @@ TEST(PolygonSection, TheHeadsSizeOfItIsChecked) {
     AssetHead head = *asset.head;
     head.polygon_bytes = 0;
     write_preamble(asset.preamble, out);
-    write_head(head, encode_base(head.base).value(), out);
+    write_head(head, encode_base(base_on_lattice(head.base, head.precision.lattice(0))).value(), out);
     for (const std::uint64_t number : numbers) out.varint(number);
     return read_head(out.view(), "asset");
   };

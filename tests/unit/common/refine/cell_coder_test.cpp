@@ -108,7 +108,8 @@ struct RandomSource {
     split.first = random.below(size);
     split.last = (split.first + 1 + random.below(size - 1)) % size;
     split.parent = static_cast<ParentPosition>(random.below(3));
-    split.displacement = {random.between(-9, 9), random.between(-9, 9), random.between(-9, 9)};
+    const std::int32_t reach = 9 >> state.precision.left_out(generation);  // points of the lattice
+    split.displacement = {random.between(-reach, reach), random.between(-reach, reach), random.between(-reach, reach)};
     std::uint64_t root_taken = 0;
     std::uint64_t added_taken = 0;
     for (std::uint32_t i = split.last;; i = (i + 1) % size) {
