@@ -44,14 +44,13 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
                   fmt::format("cell table: slab {} with {} cells and {} layers is beyond the limits",
                               table.slabs_.size(), slab.cell_count, slab.layer_count));
     }
-    table.slabs_.push_back({static_cast<std::uint32_t>(cells),
-                            slab.cell_count,
-                            slab.layer_count,
-                            static_cast<std::uint32_t>(steps),
-                            std::vector<std::uint8_t>(slab.layer_count, 1),
-                            0,
-                            {}});
-    count_generations(table.slabs_.back());
+    Slab& made = table.slabs_.emplace_back();
+    made.first_cell = static_cast<std::uint32_t>(cells);
+    made.cell_count = slab.cell_count;
+    made.layer_count = slab.layer_count;
+    made.first_step = static_cast<std::uint32_t>(steps);
+    made.generations.assign(slab.layer_count, 1);
+    count_generations(made);
     cells += slab.cell_count;
     layers += slab.layer_count;
     steps += static_cast<std::uint64_t>(slab.cell_count) * slab.layer_count;
@@ -135,8 +134,10 @@ Result<void> CellTable::check_errors() const {
 
 void CellTable::count_generations(Slab& slab) {
   slab.step_of.clear();
+  slab.last_generation.clear();
   for (std::uint32_t layer = 0; layer < slab.layer_count; ++layer) {
     slab.step_of.insert(slab.step_of.end(), slab.generations[layer], static_cast<std::uint8_t>(layer + 1));
+    slab.last_generation.push_back(static_cast<std::uint32_t>(slab.step_of.size()));
   }
   slab.generation_count = static_cast<std::uint32_t>(slab.step_of.size());
 }

@@ -2,6 +2,7 @@
 // Plain arrays; a change of one cell costs what that cell has.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -26,9 +27,9 @@ struct CellSegment {
 
 // That a generation of a cell needs one of another cell. Generations are counted from 1 within the cell's slab.
 struct Dependency {
-  std::uint32_t generation = 0;
-  std::uint32_t cell = 0;  // the other
-  std::uint32_t on = 0;    // its generation
+  std::uint32_t generation : 8 = 0;
+  std::uint32_t cell : 24 = 0;  // the other
+  std::uint32_t on = 0;         // its generation
   friend bool operator==(const Dependency&, const Dependency&) = default;
 };
 
@@ -99,6 +100,9 @@ class CellTable {
   std::uint32_t step_of(std::uint32_t cell, std::uint32_t generation) const {
     return slabs_[slab_of_[cell]].step_of[generation - 1];
   }
+  std::uint32_t last_generation(std::uint32_t cell, std::uint32_t p) const {
+    return slabs_[slab_of_[cell]].last_generation[p - 1];
+  }
   bool joins_generations() const { return joins_generations_; }  // whether any layer has more than one
   // Of step 1 of the slab's first cell; the steps of one layer are cells_of(slab) apart from the next layer's.
   std::uint32_t first_step(std::uint32_t slab) const { return slabs_[slab].first_step; }
@@ -140,11 +144,17 @@ class CellTable {
     } else if (parent_[cell] != kNoCell) {
       f(parent_[cell], segment_count(parent_[cell]));
     }
-    for (const Dependency& need : needs_[cell]) {
-      if (step_of(cell, need.generation) != p) continue;
-      const std::uint32_t on = step_of(need.cell, need.on);
-      if (slab_of_[need.cell] < slab_of_[cell] || on < p) f(need.cell, on);
+    const std::span<const Dependency> needs = needs_[cell];
+    for (std::size_t i = first_up_to(needs, last_generation(cell, p)); i < needs.size(); ++i) {
+      if (step_of(cell, needs[i].generation) != p) break;
+      const std::uint32_t on = step_of(needs[i].cell, needs[i].on);
+      if (slab_of_[needs[i].cell] < slab_of_[cell] || on < p) f(needs[i].cell, on);
     }
+  }
+  // The first of a list by falling generation that is of this one or a coarser one.
+  static std::size_t first_up_to(std::span<const Dependency> list, std::uint32_t generation) {
+    const auto finer = [generation](const Dependency& d) { return d.generation > generation; };
+    return static_cast<std::size_t>(std::partition_point(list.begin(), list.end(), finer) - list.begin());
   }
 
   static constexpr std::uint32_t kNoCell = 0xFFFFFFFFU;
@@ -157,7 +167,8 @@ class CellTable {
     std::uint32_t first_step = 0;
     std::vector<std::uint8_t> generations;  // by layer
     std::uint32_t generation_count = 0;
-    std::vector<std::uint8_t> step_of;  // by generation, from the first
+    std::vector<std::uint8_t> step_of;           // by generation, from the first
+    std::vector<std::uint32_t> last_generation;  // by layer
   };
   static void count_generations(Slab& slab);
 

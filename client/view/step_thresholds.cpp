@@ -7,6 +7,7 @@ namespace {
 
 // Keeps products and quotients of floats finite.
 constexpr double kHuge = 1e30;
+constexpr std::uint32_t kNotYet = 0xFFFFFFFFU;  // no generation of the cell has a threshold so far
 
 void own_thresholds(const CellTable& table, const CellScales& scales, float floor, std::vector<float>& thresholds) {
   const float near = scales.near;
@@ -46,12 +47,6 @@ void CellScales::set(std::uint32_t cell, const ProjectedError& error, double wei
   near = static_cast<float>(std::clamp(error.near, 1.0 / kHuge, kHuge));
 }
 
-float& ThresholdPass::at(const CellTable& table, std::uint32_t cell, std::uint32_t generation) {
-  const std::uint32_t slab = table.slab_of(cell);
-  const std::size_t row = slab_begin_[slab] + std::size_t{generation - 1} * table.cells_of(slab);
-  return generations_[row + cell - table.first_cell(slab)];
-}
-
 // What the cells' generation asks of the one before and of others.
 void ThresholdPass::raise_by(const CellTable& table, std::uint32_t slab, std::uint32_t generation) {
   const std::uint32_t count = table.cells_of(slab);
@@ -59,18 +54,19 @@ void ThresholdPass::raise_by(const CellTable& table, std::uint32_t slab, std::ui
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t cell = table.first_cell(slab) + i;
     const float threshold = row[i];
+    if (!(threshold > 0.0F)) continue;  // nor had it in a finer one
     const auto raise_all = [&](std::span<const Dependency> list, std::uint32_t& next) {
+      if (next == kNotYet) next = static_cast<std::uint32_t>(CellTable::first_up_to(list, generation));
       for (; next < list.size() && list[next].generation == generation; ++next) {
-        if (threshold > 0.0F) raise(at(table, list[next].cell, list[next].on), threshold);
+        raise(at(table.slab_of(list[next].cell), list[next].cell, list[next].on), threshold);
       }
     };
     raise_all(table.needs(cell), next_need_[cell]);
     raise_all(table.supports(cell), next_support_[cell]);
-    if (!(threshold > 0.0F)) continue;
     if (generation > 1) {
-      raise(at(table, cell, generation - 1), threshold);
+      raise(at(slab, cell, generation - 1), threshold);
     } else if (const std::uint32_t parent = table.parent(cell); parent != CellTable::kNoCell) {
-      raise(at(table, parent, table.generations_of(slab - 1)), threshold);
+      raise(at(slab - 1, parent, table.generations_of(slab - 1)), threshold);
     }
   }
 }
@@ -80,14 +76,18 @@ void ThresholdPass::run(const CellTable& table, const CellScales& scales, float 
   thresholds.whole.resize(table.joins_generations() ? table.step_count() : 0);
   own_thresholds(table, scales, floor, thresholds.begun);
   slab_begin_.clear();
+  first_row_.clear();
+  rows_.clear();
   std::size_t size = 0;
   for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {
     slab_begin_.push_back(size);
-    size += std::size_t{table.generations_of(slab)} * table.cells_of(slab);
+    first_row_.push_back(rows_.size());
+    for (std::uint32_t g = 0; g < table.generations_of(slab); ++g, size += table.cells_of(slab))
+      rows_.push_back(size - table.first_cell(slab));
   }
   generations_.assign(size, 0.0F);
-  next_need_.assign(table.cell_count(), 0);
-  next_support_.assign(table.cell_count(), 0);
+  next_need_.assign(table.cell_count(), kNotYet);
+  next_support_.assign(table.cell_count(), kNotYet);
   // Row by row: steps, and the last generations that they ask for.
   const auto for_each_row = [&](const auto& f) {
     for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {

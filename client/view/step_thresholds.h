@@ -38,9 +38,13 @@ class ThresholdPass {
 
  private:
   void raise_by(const CellTable& table, std::uint32_t slab, std::uint32_t generation);
-  float& at(const CellTable& table, std::uint32_t cell, std::uint32_t generation);
+  float& at(std::uint32_t slab, std::uint32_t cell, std::uint32_t generation) {
+    return generations_[rows_[first_row_[slab] + generation - 1] + cell];
+  }
 
   std::vector<std::size_t> slab_begin_;   // into generations_
+  std::vector<std::size_t> first_row_;    // by slab, into rows_
+  std::vector<std::size_t> rows_;         // by generation: where in generations_ cell 0 would be
   std::vector<float> generations_;        // by slab, generation and cell
   std::vector<std::uint32_t> next_need_;  // by cell: the first of the needs that are not yet through; likewise
   std::vector<std::uint32_t> next_support_;

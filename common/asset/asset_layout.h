@@ -155,7 +155,7 @@ struct AssetIndex {
   }
 };
 
-// Bounds are coded upwards in quarters of a binary logarithm of grid steps from 2^-4; code 0 is exactly 0.
+// Bounds are coded upwards in eighths of a binary logarithm of grid steps from 2^-4; code 0 is exactly 0.
 double error_from_code(std::uint8_t code, double step);
 std::uint8_t code_of_error(double error, double step);
 Digest content_digest(std::span<const std::byte> content);
