@@ -9,10 +9,6 @@ namespace {
 
 using CornerId = LinkedFans::CornerId;
 
-// The next and the previous corner of the same face.
-CornerId after(CornerId corner) { return (corner & 3U) == 2 ? corner - 2 : corner + 1; }
-CornerId before(CornerId corner) { return (corner & 3U) == 0 ? corner + 2 : corner - 1; }
-
 std::uint64_t edge_key(VertexId from, VertexId to) { return std::uint64_t{from} << 32U | to; }
 
 }  // namespace
@@ -125,44 +121,6 @@ void LinkedFans::split(VertexId root, VertexId added, std::uint32_t first, std::
   for (std::size_t i = 1; i < corner.size(); ++i) corner[i] = corners_[corner[i - 1]].next;
   const auto at = [&](std::size_t i) { return corner[i % corner.size()]; };
   split(root, added, {at(first + corner.size() - 1), at(first), at(last + corner.size() - 1), at(last)});
-}
-
-// The new faces are A = (root, first wing, added) and B = (root, added, last wing).
-void LinkedFans::split(VertexId root, VertexId added, const Arc& arc) {
-  assert(added < fans_.size() && fans_[added].count == 0 && arc.first != arc.last);
-  Corner* c = corners_.data();
-  const VertexId wing_first = c[arc.first].neighbour;
-  const VertexId wing_last = c[arc.last].neighbour;
-  if (in_rooms_) {
-    const std::uint32_t room = (added - base_vertices_) / kRoomVertices;
-    if (rooms_[room] == 0) [[unlikely]]
-      take_room(room);
-  }
-  const CornerId a = first_corner(added);
-  const CornerId b = a + 4;
-  // The arc's faces change hands: their last corner spells the new vertex now.
-  std::uint32_t taken = 1;
-  for (CornerId corner = arc.first;; ++taken) {
-    c[before(corner)].neighbour = added;
-    if (corner == arc.before_last) break;
-    corner = c[corner].next;
-  }
-  const CornerId beside_first = after(arc.first);  // the wing's corner in the arc's first face: A follows it
-  const CornerId beside_last = after(arc.last);    // the wing's corner in the face after the arc: B follows it
-  c[a] = {wing_first, b};
-  c[a + 1] = {added, c[beside_first].next};
-  c[a + 2] = {root, arc.first};
-  c[b] = {added, arc.last};
-  c[b + 1] = {wing_last, a + 2};
-  c[b + 2] = {root, c[beside_last].next};
-  c[beside_first].next = a + 1;
-  c[beside_last].next = b + 2;
-  c[arc.before_first].next = a;
-  c[arc.before_last].next = b + 1;
-  fans_[added] = {a + 2, taken + 2};
-  fans_[root] = {a, fans_[root].count - taken + 2};
-  if (wing_first != kOutside) ++fans_[wing_first].count;
-  if (wing_last != kOutside) ++fans_[wing_last].count;
 }
 
 RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added, CornerId root_corner) {

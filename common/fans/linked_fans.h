@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -108,6 +109,9 @@ class LinkedFans {
   static constexpr std::uint32_t kBlockRooms = 1024;  // a page of rooms_
   static constexpr std::uint32_t kPageCorners = kRoomCorners * FaceRooms::kPerPage;
 
+  // The next and the previous corner of the same face.
+  static CornerId after(CornerId corner) { return (corner & 3U) == 2 ? corner - 2 : corner + 1; }
+  static CornerId before(CornerId corner) { return (corner & 3U) == 0 ? corner + 2 : corner - 1; }
   // The first corner of the first of the two faces that came with `added`.
   CornerId first_corner(VertexId added) const {
     const std::uint32_t n = added - base_vertices_;
@@ -128,5 +132,43 @@ class LinkedFans {
   std::uint32_t base_faces_ = 0;  // with those to kOutside
   std::uint32_t base_vertices_ = 0;
 };
+
+// The new faces are A = (root, first wing, added) and B = (root, added, last wing).
+inline void LinkedFans::split(VertexId root, VertexId added, const Arc& arc) {
+  assert(added < fans_.size() && fans_[added].count == 0 && arc.first != arc.last);
+  Corner* c = corners_.data();
+  const VertexId wing_first = c[arc.first].neighbour;
+  const VertexId wing_last = c[arc.last].neighbour;
+  if (in_rooms_) {
+    const std::uint32_t room = (added - base_vertices_) / kRoomVertices;
+    if (rooms_[room] == 0) [[unlikely]]
+      take_room(room);
+  }
+  const CornerId a = first_corner(added);
+  const CornerId b = a + 4;
+  // The arc's faces change hands: their last corner spells the new vertex now.
+  std::uint32_t taken = 1;
+  for (CornerId corner = arc.first;; ++taken) {
+    c[before(corner)].neighbour = added;
+    if (corner == arc.before_last) break;
+    corner = c[corner].next;
+  }
+  const CornerId beside_first = after(arc.first);  // the wing's corner in the arc's first face: A follows it
+  const CornerId beside_last = after(arc.last);    // the wing's corner in the face after the arc: B follows it
+  c[a] = {wing_first, b};
+  c[a + 1] = {added, c[beside_first].next};
+  c[a + 2] = {root, arc.first};
+  c[b] = {added, arc.last};
+  c[b + 1] = {wing_last, a + 2};
+  c[b + 2] = {root, c[beside_last].next};
+  c[beside_first].next = a + 1;
+  c[beside_last].next = b + 2;
+  c[arc.before_first].next = a;
+  c[arc.before_last].next = b + 1;
+  fans_[added] = {a + 2, taken + 2};
+  fans_[root] = {a, fans_[root].count - taken + 2};
+  if (wing_first != kOutside) ++fans_[wing_first].count;
+  if (wing_last != kOutside) ++fans_[wing_last].count;
+}
 
 }  // namespace fanstream

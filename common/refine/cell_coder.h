@@ -143,6 +143,7 @@ bool refine_roots(FanState& state, const PlaceLattice& lattice, Coder& coder, co
   for (std::size_t i = 0; i < batch.size(); ++i) {
     FanVertex& root = state.vertices[batch[i].split.root];
     const PlaceLattice& known = state.precision.lattice(root.context.touched);
+    if (known.left_out == lattice.left_out) continue;  // it lies there already
     const LatticeStep step(known, lattice);
     LowBits low = 0;
     if constexpr (!Coder::kDecodes) low = source.root_low_bits(batch[i].split.root);
@@ -175,14 +176,16 @@ void code_last_low_bits(Coder& coder, const PlaceLattice& lattice, std::span<Spl
 // What is known of the places after a split. False where they leave the grid.
 inline bool find_places(const SplitInProgress& s, const GridPoint& parent, std::uint32_t generation,
                         const PlaceLattice& lattice, const PositionGrid& grid, SplitPlaces& places) {
-  places =
-      places_after_split(lattice.point_of(parent), s.split.parent, s.split.displacement, generation, s.split.shift);
-  if (!lattice.is_exact()) [[unlikely]] {
+  if (lattice.is_exact()) [[likely]] {
+    places = places_after_split(parent, s.split.parent, s.split.displacement, generation, s.split.shift);
+  } else {
+    places =
+        places_after_split(lattice.point_of(parent), s.split.parent, s.split.displacement, generation, s.split.shift);
     if (!lattice.contains(places.kept) || !lattice.contains(places.added)) return false;
-    const auto known = [&](const GridPoint& point, std::uint8_t next, LowBits low) {
-      return next == kNeverSplit ? LatticeStep(lattice).fine(point, low) : lattice.code_of(point);
-    };
-    places = {known(places.kept, s.root_next, s.kept_low), known(places.added, s.added_next, s.added_low)};
+    const SplitPlaces points = places;
+    places = {lattice.code_of(points.kept), lattice.code_of(points.added)};
+    if (s.root_next == kNeverSplit) places.kept = LatticeStep(lattice).fine(points.kept, s.kept_low);
+    if (s.added_next == kNeverSplit) places.added = LatticeStep(lattice).fine(points.added, s.added_low);
   }
   return grid.contains(places.kept) && grid.contains(places.added) &&
          (s.split.parent != ParentPosition::free || is_shift(s.split.shift));

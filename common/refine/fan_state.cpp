@@ -3,13 +3,6 @@
 namespace fanstream {
 namespace {
 
-// A free parent's shift takes the rest of a split's note: three times fifteen bits.
-constexpr unsigned kShiftBits = 15;
-constexpr std::uint32_t kShiftMask = (1U << kShiftBits) - 1U;
-static_assert(2 * kMostShift + 1 <= static_cast<std::int32_t>(kShiftMask));
-std::uint32_t shift_bits(std::int32_t shift) { return static_cast<std::uint32_t>(shift + kMostShift) & kShiftMask; }
-std::int32_t shift_of(std::uint32_t bits) { return static_cast<std::int32_t>(bits & kShiftMask) - kMostShift; }
-
 // Where the parent is shown.
 GridPoint place_before_split(const PlacePrecision& precision, const GridPoint& kept, const GridPoint& added,
                              const SplitUndo& undo, std::uint32_t generation) {
@@ -69,27 +62,6 @@ FanState FanState::from_base(const BaseMesh& base, std::size_t vertex_count, con
   return state;
 }
 
-void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const FanSplit& split,
-                 const LinkedFans::Arc& arc, const SplitPlaces& places, NextSplits next, VertexId added) {
-  state.fans.split(split.root, added, arc);
-  const auto touched = static_cast<std::uint8_t>(generation);
-  state.vertices[split.root] = {places.kept, {touched, next.root, 0}};
-  state.vertices[added] = {places.added, {touched, next.added, 0}};
-  state.cells[added] = cell;
-}
-
-void keep_undo(FanState& state, const SplitUndo& undo, VertexId added) {
-  const auto rest = undo.root_context.touched | static_cast<std::uint32_t>(undo.root_context.next) << 8U |
-                    static_cast<std::uint32_t>(undo.parent) << 16U;
-  if (undo.parent != ParentPosition::free) [[likely]] {
-    state.fans.set_note(added, {{{undo.root, undo.root_corner}, {rest, 0}}});
-    return;
-  }
-  const std::uint32_t xy = shift_bits(undo.shift.x) | shift_bits(undo.shift.y) << kShiftBits;
-  state.fans.set_note(
-      added, {{{undo.root, undo.root_corner}, {rest | xy << 18U, (xy >> 14U) | shift_bits(undo.shift.z) << 16U}}});
-}
-
 SplitUndo kept_undo(const FanState& state, VertexId added) {
   const LinkedFans::Note note = state.fans.note(added);
   const std::uint32_t rest = note[1].neighbour;
@@ -97,7 +69,8 @@ SplitUndo kept_undo(const FanState& state, VertexId added) {
   SplitUndo undo{note[0].neighbour, note[0].next, context, static_cast<ParentPosition>(rest >> 16U & 3U), {}};
   if (undo.parent == ParentPosition::free) [[unlikely]] {
     const std::uint32_t xy = rest >> 18U | note[1].next << 14U;
-    undo.shift = {shift_of(xy), shift_of(xy >> kShiftBits), shift_of(note[1].next >> 16U)};
+    undo.shift = {kept_shift::shift_of(xy), kept_shift::shift_of(xy >> kept_shift::kBits),
+                  kept_shift::shift_of(note[1].next >> 16U)};
   }
   return undo;
 }

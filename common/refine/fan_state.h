@@ -41,8 +41,14 @@ struct NextSplits {
 
 // Applies a split of a vertex of `cell`. The arc is that of split.first and split.last. `generation` counts from 1,
 // `places` are those after the split.
-void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const FanSplit& split,
-                 const LinkedFans::Arc& arc, const SplitPlaces& places, NextSplits next, VertexId added);
+inline void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const FanSplit& split,
+                        const LinkedFans::Arc& arc, const SplitPlaces& places, NextSplits next, VertexId added) {
+  state.fans.split(split.root, added, arc);
+  const auto touched = static_cast<std::uint8_t>(generation);
+  state.vertices[split.root] = {places.kept, {touched, next.root, 0}};
+  state.vertices[added] = {places.added, {touched, next.added, 0}};
+  state.cells[added] = cell;
+}
 
 // What the exact inverse of a split needs to know beyond the mesh.
 struct SplitUndo {
@@ -52,8 +58,29 @@ struct SplitUndo {
   ParentPosition parent = ParentPosition::kept;
   GridPoint shift{0};  // of a free parent
 };
+namespace kept_shift {
+
+// A free parent's shift takes the rest of a split's note: three times fifteen bits.
+inline constexpr unsigned kBits = 15;
+inline constexpr std::uint32_t kMask = (1U << kBits) - 1U;
+static_assert(2 * kMostShift + 1 <= static_cast<std::int32_t>(kMask));
+inline std::uint32_t bits(std::int32_t shift) { return static_cast<std::uint32_t>(shift + kMostShift) & kMask; }
+inline std::int32_t shift_of(std::uint32_t kept) { return static_cast<std::int32_t>(kept & kMask) - kMostShift; }
+
+}  // namespace kept_shift
+
 // Kept in the mesh, with the vertex that the split made.
-void keep_undo(FanState& state, const SplitUndo& undo, VertexId added);
+inline void keep_undo(FanState& state, const SplitUndo& undo, VertexId added) {
+  const auto rest = undo.root_context.touched | static_cast<std::uint32_t>(undo.root_context.next) << 8U |
+                    static_cast<std::uint32_t>(undo.parent) << 16U;
+  if (undo.parent != ParentPosition::free) [[likely]] {
+    state.fans.set_note(added, {{{undo.root, undo.root_corner}, {rest, 0}}});
+    return;
+  }
+  const std::uint32_t xy = kept_shift::bits(undo.shift.x) | kept_shift::bits(undo.shift.y) << kept_shift::kBits;
+  state.fans.set_note(added, {{{undo.root, undo.root_corner},
+                               {rest | xy << 18U, (xy >> 14U) | kept_shift::bits(undo.shift.z) << 16U}}});
+}
 SplitUndo kept_undo(const FanState& state, VertexId added);
 // Precondition: the split that made `added` is the latest of its surroundings.
 void undo_split(FanState& state, std::uint32_t generation, const SplitUndo& undo, VertexId added);

@@ -52,6 +52,9 @@ class CoarseningReplay {
   std::uint32_t next_ = 0;
 };
 
+// Where more of the vertices are told exactly anyway, leaving bits out of the rest costs a decoder more than it saves.
+constexpr double kMostFinal = 0.4;
+
 double sampled_distance(const TriangleMesh& model, const TriangleMesh& level) {
   const Result<TriangleTree> tree = TriangleTree::build(level);
   if (!tree) return 0.0;
@@ -82,6 +85,24 @@ double distance_at(const std::vector<LevelDistance>& levels, double vertices) {
   return below->rms * std::pow(fine.rms / below->rms, share);
 }
 
+// For each generation from the coarsest on, how many of the vertices that its splits leave are never split again.
+std::vector<double> final_shares(std::size_t vertex_count, const MergeHistory& history) {
+  std::vector<bool> is_split(vertex_count, false);  // in a finer generation
+  std::vector<double> shares;
+  for (std::uint32_t finest = 0; finest < history.generation_count(); ++finest) {
+    const std::uint32_t begin = history.generation_begin[finest];
+    const std::uint32_t end = history.generation_begin[finest + 1];
+    double final = 0.0;
+    for (std::uint32_t m = begin; m < end; ++m) {
+      const MergeRecord& merge = history.merges[m];
+      final += (is_split[merge.root] ? 0.0 : 1.0) + (is_split[merge.removed] ? 0.0 : 1.0);
+      is_split[merge.root] = true;
+    }
+    shares.push_back(end > begin ? final / (2.0 * (end - begin)) : 0.0);
+  }
+  return {shares.rbegin(), shares.rend()};
+}
+
 // Mean square distance of a cell's codes from the one that stands for them, in steps of the grid.
 double cell_noise(std::uint32_t bits) { return (std::exp2(2.0 * bits) - 1.0) / 12.0 + 0.25; }
 
@@ -105,12 +126,14 @@ PlacePrecision choose_precision(const TriangleMesh& mesh, const MergeHistory& hi
   const std::uint32_t most = PlacePrecision::most_left_out(grid);
   if (most == 0 || history.generation_count() == 0 || !(noise > 0.0)) return PlacePrecision({}, grid);
   const std::vector<LevelDistance> levels = measure_level_distances(mesh, history);
+  const std::vector<double> final_share = final_shares(mesh.positions.size(), history);
   std::vector<std::uint8_t> left_out;
   std::uint32_t left = most;
   for (std::uint32_t g = 0; g < history.generation_count(); ++g) {
     const std::uint32_t merged = history.generation_begin[history.generation_count() - g];
     const double off = distance_at(levels, static_cast<double>(mesh.positions.size()) - merged) / grid.step();
     while (left > 0 && cell_noise(left) > noise * off * off) --left;
+    if (g > 0 && final_share[g - 1] > kMostFinal) left = 0;
     left_out.push_back(static_cast<std::uint8_t>(left));
   }
   return PlacePrecision(left_out, grid);

@@ -21,7 +21,9 @@ std::vector<LevelDistance> measure_level_distances(const TriangleMesh& mesh, con
 
 // As many bits left out by each generation as make its places off by at most `noise` times as far as its level is off
 // the model (squares; on each axis, rms). Since a face is off by less than its corners, the noise adds about a
-// quarter of this to the distance; a bit of each axis is about an eighth of what a vertex costs. 0: exact places.
+// quarter of this to the distance; a bit of each axis is about an eighth of what a vertex costs. Nothing is left out from
+// the generation on where two fifths of the vertices are never split again: these are told exactly anyway. 0: exact
+// places.
 PlacePrecision choose_precision(const TriangleMesh& mesh, const MergeHistory& history, const PositionGrid& grid,
                                 double noise);
 
