@@ -91,6 +91,7 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
   table.extent_epoch_.resize(cells);
   table.needs_.resize(cells);
   table.supports_.resize(cells);
+  table.dependency_epochs_.resize(cells);
   table.epoch_ = 1;
   return table;
 }
@@ -187,13 +188,14 @@ void CellTable::set_supports(std::uint32_t cell, std::span<const Dependency> sup
   sort_and_prune(scratch_);
   if (std::equal(scratch_.begin(), scratch_.end(), supports_[cell].begin(), supports_[cell].end())) return;
   supports_[cell] = scratch_;
-  ++epoch_;
+  dependency_epochs_[cell] = dependency_epoch_ = ++epoch_;
 }
 
 void CellTable::add_needs(std::uint32_t cell, std::span<const Dependency> needs) {
   assert(cell < cell_count());
   scratch_ = needs_[cell];
   for (const Dependency& need : needs) {
+    assert(need.generation >= 1 && need.generation <= generations_of(slab_of_[cell]) && need.on >= 1);
     assert(need.cell < cell_count() && need.cell != cell);
     assert(slab_of_[need.cell] < slab_of_[cell] ||
            (slab_of_[need.cell] == slab_of_[cell] && need.on < need.generation));
@@ -202,7 +204,7 @@ void CellTable::add_needs(std::uint32_t cell, std::span<const Dependency> needs)
   sort_and_prune(scratch_);
   if (scratch_ == needs_[cell]) return;
   needs_[cell] = scratch_;
-  ++epoch_;
+  dependency_epochs_[cell] = dependency_epoch_ = ++epoch_;
 }
 
 float CellTable::error_at(std::uint32_t cell, std::uint32_t p) const {

@@ -132,9 +132,12 @@ class CellTable {
   std::uint64_t extent_epoch(std::uint32_t cell) const { return extent_epoch_[cell]; }  // of the last change
   std::uint64_t epoch() const { return epoch_; }  // rises with every change of the state
 
-  // By falling generation.
+  // By falling generation, then by cell.
   std::span<const Dependency> needs(std::uint32_t cell) const { return needs_[cell]; }
   std::span<const Dependency> supports(std::uint32_t cell) const { return supports_[cell]; }
+  // The epoch of the last change of the cell's needs or supports; the last of all cells.
+  std::uint64_t dependency_epoch(std::uint32_t cell) const { return dependency_epochs_[cell]; }
+  std::uint64_t dependency_epoch() const { return dependency_epoch_; }
 
   // Calls f(cell, p) for each step of an earlier layer that step p of `cell` needs, as far as it is known.
   template <class F>
@@ -195,6 +198,8 @@ class CellTable {
   std::uint64_t epoch_ = 0;
   std::vector<std::vector<Dependency>> needs_;
   std::vector<std::vector<Dependency>> supports_;
+  std::vector<std::uint64_t> dependency_epochs_;
+  std::uint64_t dependency_epoch_ = 0;
   std::vector<Dependency> scratch_;
 };
 

@@ -89,7 +89,7 @@ TEST(StepThresholds, AreTheLargestOfAllThatDependsOnAStep) {
       }
     }
     StepThresholds thresholds;
-    ThresholdPass().run(table, scales, floor, thresholds);
+    ThresholdPass(table).run(scales, floor, thresholds);
     for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
       for (std::uint32_t g = 1; g <= expected[c].size(); ++g) {
         const std::uint32_t p = table.step_of(c, g);
@@ -112,7 +112,7 @@ TEST(StepThresholds, CountsAreTheStepsAboveALevel) {
   world.reveal_everything();
   const CellTable& table = world.table();
   StepThresholds thresholds;
-  ThresholdPass().run(table, random_scales(table, random), 0.0F, thresholds);
+  ThresholdPass(table).run(random_scales(table, random), 0.0F, thresholds);
   std::vector<std::uint8_t> counts;
   for (const float level : {0.0F, 0.5F, 5.0F, 50.0F}) {
     count_steps_above(table, thresholds.begun, level, 1.25F, counts);
@@ -136,17 +136,17 @@ TEST(StepThresholds, WhatHasBeenAppliedKeepsWhatItLiesOn) {
   scales.set(0, plain, 1.0);
   scales.set(1, plain, 0.0);
   StepThresholds thresholds;
-  ThresholdPass pass;
-  pass.run(table, scales, 0.0F, thresholds);
+  ThresholdPass pass(table);
+  pass.run(scales, 0.0F, thresholds);
   for (std::uint32_t p = 1; p <= 3; ++p) EXPECT_EQ(thresholds.begun[table.step_index(1, p)], 0.0F);
   const std::vector<Dependency> supports{{3, 1, 2}};
   table.set_supports(0, supports);
-  pass.run(table, scales, 0.0F, thresholds);
+  pass.run(scales, 0.0F, thresholds);
   EXPECT_EQ(thresholds.begun[table.step_index(1, 2)], thresholds.begun[table.step_index(0, 3)]);
   EXPECT_EQ(thresholds.begun[table.step_index(1, 1)], thresholds.begun[table.step_index(0, 3)]);
   EXPECT_EQ(thresholds.begun[table.step_index(1, 3)], 0.0F);
   table.set_supports(0, {});
-  pass.run(table, scales, 0.0F, thresholds);
+  pass.run(scales, 0.0F, thresholds);
   for (std::uint32_t p = 1; p <= 3; ++p) EXPECT_EQ(thresholds.begun[table.step_index(1, p)], 0.0F);
 }
 
