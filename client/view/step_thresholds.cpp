@@ -32,9 +32,8 @@ void own_thresholds(const CellTable& table, const CellScales& scales, float floo
   }
 }
 
-void raise(float& threshold, float to) {
-  if (to > threshold) threshold = to;
-}
+// Without a branch, as it cannot be foreseen.
+void raise(float& threshold, float to) { threshold = std::max(threshold, to); }
 
 // f(dependency) for both lists together, by falling generation; of two that name the
 // same cell only the one that asks for more of it.
