@@ -35,28 +35,6 @@ void own_thresholds(const CellTable& table, const CellScales& scales, float floo
 // Without a branch, as it cannot be foreseen.
 void raise(float& threshold, float to) { threshold = std::max(threshold, to); }
 
-// f(dependency) for both lists together, by falling generation; of two that name the
-// same cell only the one that asks for more of it.
-template <class F>
-void for_each_of_both(std::span<const Dependency> a, std::span<const Dependency> b, const F& f) {
-  const auto before = [](const Dependency& x, const Dependency& y) {
-    return x.generation != y.generation ? x.generation > y.generation : x.cell < y.cell;
-  };
-  std::size_t i = 0;
-  std::size_t j = 0;
-  while (i < a.size() || j < b.size()) {
-    if (j == b.size() || (i < a.size() && before(a[i], b[j]))) {
-      f(a[i++]);
-    } else if (i == a.size() || before(b[j], a[i])) {
-      f(b[j++]);
-    } else {
-      f(a[i].on > b[j].on ? a[i] : b[j]);
-      ++i;
-      ++j;
-    }
-  }
-}
-
 }  // namespace
 
 void CellScales::resize(std::size_t cells) {
@@ -113,8 +91,10 @@ void ThresholdPass::pack(Block& block) {
   const std::uint32_t end = block.first_cell + block.cell_count;
   const std::uint32_t generations = table_.generations_of(block.slab);
   const auto for_each_edge = [&](const auto& f) {
-    for (std::uint32_t cell = block.first_cell; cell < end; ++cell)
-      for_each_of_both(table_.needs(cell), table_.supports(cell), [&](const Dependency& d) { f(cell, d); });
+    for (std::uint32_t cell = block.first_cell; cell < end; ++cell) {
+      for (const Dependency& d : table_.needs(cell)) f(cell, d);
+      for (const Dependency& d : table_.supports(cell)) f(cell, d);
+    }
   };
   // A counting sort: counts become begins, and begins ends.
   std::vector<std::uint32_t>& ends = block.edge_end;
