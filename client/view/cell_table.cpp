@@ -89,8 +89,9 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
   table.held_.resize(cells);
   table.extents_.resize(cells);
   table.extent_epoch_.resize(cells);
-  table.needs_.resize(cells);
-  table.supports_.resize(cells);
+  table.needs_ = DependencyLists(cells);
+  table.supports_ = DependencyLists(cells);
+  table.dependency_epochs_.resize(cells);
   table.epoch_ = 1;
   return table;
 }
@@ -185,24 +186,27 @@ void CellTable::set_supports(std::uint32_t cell, std::span<const Dependency> sup
   assert(cell < cell_count());
   scratch_.assign(supports.begin(), supports.end());
   sort_and_prune(scratch_);
-  if (std::equal(scratch_.begin(), scratch_.end(), supports_[cell].begin(), supports_[cell].end())) return;
-  supports_[cell] = scratch_;
-  ++epoch_;
+  const std::span<const Dependency> before = supports_[cell];
+  if (std::equal(scratch_.begin(), scratch_.end(), before.begin(), before.end())) return;
+  supports_.set(cell, scratch_);
+  dependency_epochs_[cell] = dependency_epoch_ = ++epoch_;
 }
 
 void CellTable::add_needs(std::uint32_t cell, std::span<const Dependency> needs) {
   assert(cell < cell_count());
-  scratch_ = needs_[cell];
+  const std::span<const Dependency> before = needs_[cell];
+  scratch_.assign(before.begin(), before.end());
   for (const Dependency& need : needs) {
+    assert(need.generation >= 1 && need.generation <= generations_of(slab_of_[cell]) && need.on >= 1);
     assert(need.cell < cell_count() && need.cell != cell);
     assert(slab_of_[need.cell] < slab_of_[cell] ||
            (slab_of_[need.cell] == slab_of_[cell] && need.on < need.generation));
     scratch_.push_back(need);
   }
   sort_and_prune(scratch_);
-  if (scratch_ == needs_[cell]) return;
-  needs_[cell] = scratch_;
-  ++epoch_;
+  if (std::equal(scratch_.begin(), scratch_.end(), before.begin(), before.end())) return;
+  needs_.set(cell, scratch_);
+  dependency_epochs_[cell] = dependency_epoch_ = ++epoch_;
 }
 
 float CellTable::error_at(std::uint32_t cell, std::uint32_t p) const {

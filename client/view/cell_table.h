@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/view/criteria.h"
+#include "client/view/dependency_lists.h"
 #include "common/support/result.h"
 
 namespace fanstream {
@@ -23,14 +24,6 @@ struct CellSegment {
   float error = 0.0F;
   std::uint32_t size_bytes = 0;
   std::uint32_t triangles = 0;  // that applying it adds: two a split, or an estimate before it is decoded
-};
-
-// That a generation of a cell needs one of another cell. Generations are counted from 1 within the cell's slab.
-struct Dependency {
-  std::uint32_t generation : 8 = 0;
-  std::uint32_t cell : 24 = 0;  // the other
-  std::uint32_t on = 0;         // its generation
-  friend bool operator==(const Dependency&, const Dependency&) = default;
 };
 
 // Cells are numbered by slab, coarse to fine, within a slab by parent, as in the asset's index. A *step* is one segment
@@ -132,29 +125,35 @@ class CellTable {
   std::uint64_t extent_epoch(std::uint32_t cell) const { return extent_epoch_[cell]; }  // of the last change
   std::uint64_t epoch() const { return epoch_; }  // rises with every change of the state
 
-  // By falling generation.
+  // By falling generation, then by cell.
   std::span<const Dependency> needs(std::uint32_t cell) const { return needs_[cell]; }
   std::span<const Dependency> supports(std::uint32_t cell) const { return supports_[cell]; }
+  // The epoch of the last change of the cell's needs or supports; the last of all cells.
+  std::uint64_t dependency_epoch(std::uint32_t cell) const { return dependency_epochs_[cell]; }
+  std::uint64_t dependency_epoch() const { return dependency_epoch_; }
 
   // Calls f(cell, p) for each step of an earlier layer that step p of `cell` needs, as far as it is known.
   template <class F>
   void for_each_dependency(std::uint32_t cell, std::uint32_t p, const F& f) const {
+    const std::span<const Dependency> needs = needs_[cell];
+    const auto finer = [last = last_generation(cell, p)](const Dependency& d) { return d.generation > last; };
+    const auto first = std::partition_point(needs.begin(), needs.end(), finer) - needs.begin();
+    for_each_dependency(cell, p, needs.subspan(static_cast<std::size_t>(first)), f);
+  }
+  // The same, given the cell's needs without those of finer steps; those of coarser steps may lack.
+  template <class F>
+  void for_each_dependency(std::uint32_t cell, std::uint32_t p, std::span<const Dependency> needs, const F& f) const {
     if (p > 1) {
       f(cell, p - 1);
     } else if (parent_[cell] != kNoCell) {
       f(parent_[cell], segment_count(parent_[cell]));
     }
-    const std::span<const Dependency> needs = needs_[cell];
-    for (std::size_t i = first_up_to(needs, last_generation(cell, p)); i < needs.size(); ++i) {
-      if (step_of(cell, needs[i].generation) != p) break;
-      const std::uint32_t on = step_of(needs[i].cell, needs[i].on);
-      if (slab_of_[needs[i].cell] < slab_of_[cell] || on < p) f(needs[i].cell, on);
+    const std::uint32_t before = p > 1 ? last_generation(cell, p - 1) : 0;
+    for (const Dependency& need : needs) {
+      if (need.generation <= before) break;
+      const std::uint32_t on = step_of(need.cell, need.on);
+      if (slab_of_[need.cell] < slab_of_[cell] || on < p) f(need.cell, on);
     }
-  }
-  // The first of a list by falling generation that is of this one or a coarser one.
-  static std::size_t first_up_to(std::span<const Dependency> list, std::uint32_t generation) {
-    const auto finer = [generation](const Dependency& d) { return d.generation > generation; };
-    return static_cast<std::size_t>(std::partition_point(list.begin(), list.end(), finer) - list.begin());
   }
 
   static constexpr std::uint32_t kNoCell = 0xFFFFFFFFU;
@@ -193,8 +192,10 @@ class CellTable {
   std::vector<CellExtent> extents_;
   std::vector<std::uint64_t> extent_epoch_;
   std::uint64_t epoch_ = 0;
-  std::vector<std::vector<Dependency>> needs_;
-  std::vector<std::vector<Dependency>> supports_;
+  DependencyLists needs_;
+  DependencyLists supports_;
+  std::vector<std::uint64_t> dependency_epochs_;
+  std::uint64_t dependency_epoch_ = 0;
   std::vector<Dependency> scratch_;
 };
 

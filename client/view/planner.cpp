@@ -39,7 +39,7 @@ Result<void> check_options(const PlanOptions& options) {
 }
 
 struct Planner::State {
-  explicit State(const CellTable& cells) : table(cells) {}
+  explicit State(const CellTable& cells) : table(cells), threshold_pass(cells) {}
 
   void hold(const PlanOptions& options, std::string reason);
   void judge_cells(const ViewJudge& judge, bool all);
@@ -188,7 +188,7 @@ void Planner::State::set_scales(const ViewJudge& judge, const PlanOptions& optio
 void Planner::State::choose_targets(const PlanOptions& options) {
   plan.limitation = Limitation::none;
   plan.reason.clear();
-  threshold_pass.run(table, scales, to_float(options.tolerance_px * options.coarsen_ratio), thresholds);
+  threshold_pass.run(scales, to_float(options.tolerance_px * options.coarsen_ratio), thresholds);
   read_targets(options);
   measure_targets();
   const std::uint64_t base_memory = mesh_memory(options, table.base_triangles());

@@ -1,13 +1,15 @@
 #include "client/view/step_thresholds.h"
 
 #include <algorithm>
+#include <bit>
+#include <utility>
 
 namespace fanstream {
 namespace {
 
 // Keeps products and quotients of floats finite.
 constexpr double kHuge = 1e30;
-constexpr std::uint32_t kNotYet = 0xFFFFFFFFU;  // no generation of the cell has a threshold so far
+constexpr std::uint32_t kBlockCells = 64;
 
 void own_thresholds(const CellTable& table, const CellScales& scales, float floor, std::vector<float>& thresholds) {
   const float near = scales.near;
@@ -30,6 +32,7 @@ void own_thresholds(const CellTable& table, const CellScales& scales, float floo
   }
 }
 
+// Without a branch, as it cannot be foreseen.
 void raise(float& threshold, float to) { threshold = std::max(threshold, to); }
 
 }  // namespace
@@ -47,68 +50,125 @@ void CellScales::set(std::uint32_t cell, const ProjectedError& error, double wei
   near = static_cast<float>(std::clamp(error.near, 1.0 / kHuge, kHuge));
 }
 
-// What the cells' generation asks of the one before and of others.
-void ThresholdPass::raise_by(const CellTable& table, std::uint32_t slab, std::uint32_t generation) {
-  const std::uint32_t count = table.cells_of(slab);
-  const float* row = generations_.data() + slab_begin_[slab] + std::size_t{generation - 1} * count;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t cell = table.first_cell(slab) + i;
-    const float threshold = row[i];
-    if (!(threshold > 0.0F)) continue;  // nor had it in a finer one
-    const auto raise_all = [&](std::span<const Dependency> list, std::uint32_t& next) {
-      if (next == kNotYet) next = static_cast<std::uint32_t>(CellTable::first_up_to(list, generation));
-      for (; next < list.size() && list[next].generation == generation; ++next) {
-        raise(at(table.slab_of(list[next].cell), list[next].cell, list[next].on), threshold);
-      }
-    };
-    raise_all(table.needs(cell), next_need_[cell]);
-    raise_all(table.supports(cell), next_support_[cell]);
-    if (generation > 1) {
-      raise(at(slab, cell, generation - 1), threshold);
-    } else if (const std::uint32_t parent = table.parent(cell); parent != CellTable::kNoCell) {
-      raise(at(slab - 1, parent, table.generations_of(slab - 1)), threshold);
+// Where each generation's thresholds stand: by slab, generation and cell. If that is new, so is all that is packed.
+void ThresholdPass::place_generations() {
+  rows_before_.swap(rows_);
+  rows_.clear();
+  first_row_.clear();
+  std::uint32_t size = 0;
+  for (std::uint32_t slab = 0; slab < table_.slab_count(); ++slab) {
+    first_row_.push_back(static_cast<std::uint32_t>(rows_.size()));
+    for (std::uint32_t g = 0; g < table_.generations_of(slab); ++g, size += table_.cells_of(slab))
+      rows_.push_back(size - table_.first_cell(slab));
+  }
+  if (rows_ == rows_before_) return;
+  blocks_.clear();
+  first_block_.clear();
+  packed_epoch_ = 0;
+  for (std::uint32_t slab = 0; slab < table_.slab_count(); ++slab) {
+    first_block_.push_back(static_cast<std::uint32_t>(blocks_.size()));
+    const std::uint32_t end = table_.first_cell(slab) + table_.cells_of(slab);
+    for (std::uint32_t cell = table_.first_cell(slab); cell < end; cell += kBlockCells) {
+      blocks_.push_back({slab, cell, std::min(kBlockCells, end - cell), {}, {}});
+      blocks_.back().edge_end.assign(table_.generations_of(slab) + 1, 0);
     }
+  }
+  first_block_.push_back(static_cast<std::uint32_t>(blocks_.size()));
+}
+
+void ThresholdPass::pack_changed() {
+  if (table_.dependency_epoch() == packed_epoch_) return;
+  for (Block& block : blocks_) {
+    std::uint64_t newest = 0;
+    for (std::uint32_t i = 0; i < block.cell_count; ++i)
+      newest = std::max(newest, table_.dependency_epoch(block.first_cell + i));
+    if (newest > packed_epoch_) pack(block);
+  }
+  packed_epoch_ = table_.dependency_epoch();
+}
+
+void ThresholdPass::pack(Block& block) {
+  const std::uint32_t end = block.first_cell + block.cell_count;
+  const std::uint32_t generations = table_.generations_of(block.slab);
+  const auto for_each_edge = [&](const auto& f) {
+    for (std::uint32_t cell = block.first_cell; cell < end; ++cell) {
+      for (const Dependency& d : table_.needs(cell)) f(cell, d);
+      for (const Dependency& d : table_.supports(cell)) f(cell, d);
+    }
+  };
+  // A counting sort: counts become begins, and begins ends.
+  std::vector<std::uint32_t>& ends = block.edge_end;
+  std::fill(ends.begin(), ends.end(), 0);
+  for_each_edge([&](std::uint32_t, const Dependency& d) { ++ends[d.generation - 1]; });
+  std::uint32_t count = 0;
+  for (std::uint32_t g = generations; g > 0; --g) count += std::exchange(ends[g - 1], count);
+  block.edges.resize(count);
+  for_each_edge([&](std::uint32_t cell, const Dependency& d) {
+    block.edges[ends[d.generation - 1]++] = {place(block.slab, cell, d.generation),
+                                             place(table_.slab_of(d.cell), d.cell, d.on)};
+  });
+}
+
+// What the cells' generation asks of the one before and of others.
+void ThresholdPass::raise_by(std::uint32_t slab, std::uint32_t generation, float* thresholds) const {
+  for (std::uint32_t b = first_block_[slab]; b < first_block_[slab + 1]; ++b) {
+    const Block& block = blocks_[b];
+    const float* row = thresholds + place(slab, block.first_cell, generation);
+    // Thresholds are not negative: any bits are of one that is above 0.
+    std::uint32_t any = 0;
+    for (std::uint32_t i = 0; i < block.cell_count; ++i) any |= std::bit_cast<std::uint32_t>(row[i]);
+    if (any == 0) continue;
+    if (generation > 1) {
+      float* before = thresholds + place(slab, block.first_cell, generation - 1);
+      for (std::uint32_t i = 0; i < block.cell_count; ++i) before[i] = std::max(before[i], row[i]);
+    } else if (slab > 0) {
+      const std::uint32_t last = rows_[first_row_[slab] - 1];
+      for (std::uint32_t i = 0; i < block.cell_count; ++i)
+        raise(thresholds[last + table_.parent(block.first_cell + i)], row[i]);
+    }
+    const Edge* const end = block.edges.data() + block.edge_end[generation - 1];
+    for (const Edge* e = block.edges.data() + block.edge_end[generation]; e != end; ++e)
+      raise(thresholds[e->to], thresholds[e->from]);
   }
 }
 
-void ThresholdPass::run(const CellTable& table, const CellScales& scales, float floor, StepThresholds& thresholds) {
-  thresholds.begun.resize(table.step_count());
-  thresholds.whole.resize(table.joins_generations() ? table.step_count() : 0);
-  own_thresholds(table, scales, floor, thresholds.begun);
-  slab_begin_.clear();
-  first_row_.clear();
-  rows_.clear();
-  std::size_t size = 0;
-  for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {
-    slab_begin_.push_back(size);
-    first_row_.push_back(rows_.size());
-    for (std::uint32_t g = 0; g < table.generations_of(slab); ++g, size += table.cells_of(slab))
-      rows_.push_back(size - table.first_cell(slab));
+void ThresholdPass::run(const CellScales& scales, float floor, StepThresholds& thresholds) {
+  place_generations();
+  pack_changed();
+  thresholds.begun.resize(table_.step_count());
+  own_thresholds(table_, scales, floor, thresholds.begun);
+  const auto raise_all = [&](float* all) {
+    for (std::uint32_t slab = table_.slab_count(); slab-- > 0;) {
+      for (std::uint32_t g = table_.generations_of(slab); g > 0; --g) raise_by(slab, g, all);
+    }
+  };
+  if (!table_.joins_generations()) {
+    thresholds.whole.clear();
+    raise_all(thresholds.begun.data());
+    return;
   }
-  generations_.assign(size, 0.0F);
-  next_need_.assign(table.cell_count(), kNotYet);
-  next_support_.assign(table.cell_count(), kNotYet);
-  // Row by row: steps, and the last generations that they ask for.
+  thresholds.whole.resize(table_.step_count());
+  generations_.clear();
+  // Row by row: steps, their first and their last generation.
   const auto for_each_row = [&](const auto& f) {
-    for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {
-      const std::uint32_t count = table.cells_of(slab);
-      std::size_t first = slab_begin_[slab];
-      for (std::uint32_t layer = 0; layer < table.layers_of(slab); ++layer) {
-        const std::size_t last = first + std::size_t{table.layer_generations(slab, layer) - 1} * count;
-        f(table.first_step(slab) + layer * count, first, last, count);
+    for (std::uint32_t slab = 0, first = 0; slab < table_.slab_count(); ++slab) {
+      const std::uint32_t count = table_.cells_of(slab);
+      for (std::uint32_t layer = 0; layer < table_.layers_of(slab); ++layer) {
+        const std::uint32_t last = first + (table_.layer_generations(slab, layer) - 1) * count;
+        f(table_.first_step(slab) + layer * count, first, last, count);
         first = last + count;
       }
     }
   };
-  for_each_row([&](std::size_t steps, std::size_t, std::size_t last, std::uint32_t count) {
-    std::copy_n(thresholds.begun.data() + steps, count, generations_.data() + last);
+  for_each_row([&](std::uint32_t steps, std::uint32_t, std::uint32_t last, std::uint32_t count) {
+    generations_.resize(last, 0.0F);
+    const float* own = thresholds.begun.data() + steps;
+    generations_.insert(generations_.end(), own, own + count);
   });
-  for (std::uint32_t slab = table.slab_count(); slab-- > 0;) {
-    for (std::uint32_t g = table.generations_of(slab); g > 0; --g) raise_by(table, slab, g);
-  }
-  for_each_row([&](std::size_t steps, std::size_t first, std::size_t last, std::uint32_t count) {
+  raise_all(generations_.data());
+  for_each_row([&](std::uint32_t steps, std::uint32_t first, std::uint32_t last, std::uint32_t count) {
     std::copy_n(generations_.data() + first, count, thresholds.begun.data() + steps);
-    if (!thresholds.whole.empty()) std::copy_n(generations_.data() + last, count, thresholds.whole.data() + steps);
+    std::copy_n(generations_.data() + last, count, thresholds.whole.data() + steps);
   });
 }
 

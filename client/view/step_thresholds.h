@@ -31,23 +31,45 @@ struct StepThresholds {
 // smallest that has all steps that are above t by themselves.
 //
 // One pass from fine to coarse, linear in generations, cells and dependencies: a generation is final when all finer
-// ones are.
+// ones are. Dependencies are kept from run to run as the pass walks them, in blocks of cells; blocks of which the table
+// has learnt something are packed anew.
 class ThresholdPass {
  public:
-  void run(const CellTable& table, const CellScales& scales, float floor, StepThresholds& thresholds);
+  // The table must outlive the pass. Its dependencies and layers may change between runs.
+  explicit ThresholdPass(const CellTable& table) : table_(table) {}
+  void run(const CellScales& scales, float floor, StepThresholds& thresholds);
 
  private:
-  void raise_by(const CellTable& table, std::uint32_t slab, std::uint32_t generation);
-  float& at(std::uint32_t slab, std::uint32_t cell, std::uint32_t generation) {
-    return generations_[rows_[first_row_[slab] + generation - 1] + cell];
+  // Of two generations, by their places among all: the first needs the second.
+  struct Edge {
+    std::uint32_t from = 0;
+    std::uint32_t to = 0;
+  };
+  // Consecutive cells of a slab.
+  struct Block {
+    std::uint32_t slab = 0;
+    std::uint32_t first_cell = 0;
+    std::uint32_t cell_count = 0;
+    std::vector<Edge> edges;              // by falling generation
+    std::vector<std::uint32_t> edge_end;  // by generation, from the first: where its edges end, which begin where those
+                                          // of the next end; then 0
+  };
+  void place_generations();
+  void pack_changed();
+  void pack(Block& block);
+  void raise_by(std::uint32_t slab, std::uint32_t generation, float* thresholds) const;
+  std::uint32_t place(std::uint32_t slab, std::uint32_t cell, std::uint32_t generation) const {
+    return rows_[first_row_[slab] + generation - 1] + cell;
   }
 
-  std::vector<std::size_t> slab_begin_;   // into generations_
-  std::vector<std::size_t> first_row_;    // by slab, into rows_
-  std::vector<std::size_t> rows_;         // by generation: where in generations_ cell 0 would be
-  std::vector<float> generations_;        // by slab, generation and cell
-  std::vector<std::uint32_t> next_need_;  // by cell: the first of the needs that are not yet through; likewise
-  std::vector<std::uint32_t> next_support_;
+  const CellTable& table_;
+  std::vector<std::uint32_t> first_row_;    // by slab, into rows_
+  std::vector<std::uint32_t> rows_;         // by slab and generation: where cell 0 would be
+  std::vector<std::uint32_t> rows_before_;  // scratch
+  std::vector<Block> blocks_;
+  std::vector<std::uint32_t> first_block_;  // by slab, and the end
+  std::uint64_t packed_epoch_ = 0;          // the table's dependencies that the blocks have
+  std::vector<float> generations_;          // where layers join several: the thresholds
 };
 
 // counts[cell] becomes how many of the cell's steps have a threshold above `level`; with a `factor`, thresholds are

@@ -44,37 +44,50 @@ void WantOrder::collect(const WantInput& input, const PlanOptions& options) {
     const std::uint32_t layer = first_layers[table.slab_of(c)];
     const CellJudgement& judgement = input.judgements[c];
     const double weight = judgement.weight * (input.live[c] != 0 ? 1.0 : speculation);
+    double px_before = judgement.error.px(table.error_at(c, input.held[c]));
     for (std::uint32_t p = input.held[c] + 1; p <= input.targets[c]; ++p) {
       const std::uint32_t index = table.step_index(c, p);
       const std::uint32_t slot = layer_begins_[layer + p - 1]++;
-      const double gain_px = judgement.error.px(table.errors()[index]) - judgement.error.px(table.error_at(c, p));
+      const double px = judgement.error.px(table.error_at(c, p));
+      const double gain_px = std::exchange(px_before, px) - px;
       Step& step = steps_[slot];
       slots_[index] = slot;
-      step = {c, p, input.thresholds[index], 0.0F, 0.0, 0.0, 0, 0};
+      const std::uint32_t bytes = table.sizes_bytes()[index];
+      step = {c, static_cast<std::uint8_t>(p), bytes == 0, input.thresholds[index], 0.0F, 0.0, 0.0, 0, 0, 0};
       if (input.live[c] == 0) step.threshold *= static_cast<float>(speculation);
-      step.cost = table.sizes_bytes()[index];
+      step.cost = bytes;
       step.worth = std::max(0.0, weight * gain_px * judgement.area_px);
     }
   }
 }
 
+// Cell by cell, from the coarsest of its steps and needs.
 void WantOrder::find_needs(const WantInput& input) {
+  const CellTable& table = input.table;
   needs_.clear();
-  for (Step& step : steps_) {
-    input.table.for_each_dependency(step.cell, step.p, [&](std::uint32_t cell, std::uint32_t p) {
-      if (p <= input.held[cell] || p > input.targets[cell]) return;
-      const std::uint32_t slot = slots_[input.table.step_index(cell, p)];
-      needs_.push_back(slot);
-      ++steps_[slot].dependents;
-    });
-    step.needs_end = static_cast<std::uint32_t>(needs_.size());
+  for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
+    if (input.held[c] >= input.targets[c]) continue;
+    const std::span<const Dependency> needs = table.needs(c);
+    std::size_t begin = needs.size();
+    for (std::uint32_t p = input.held[c] + 1; p <= input.targets[c]; ++p) {
+      for (const std::uint32_t last = table.last_generation(c, p); begin > 0 && needs[begin - 1].generation <= last;)
+        --begin;
+      Step& step = steps_[slots_[table.step_index(c, p)]];
+      step.needs_begin = static_cast<std::uint32_t>(needs_.size());
+      table.for_each_dependency(c, p, needs.subspan(begin), [&](std::uint32_t cell, std::uint32_t q) {
+        if (q <= input.held[cell] || q > input.targets[cell]) return;
+        const std::uint32_t slot = slots_[table.step_index(cell, q)];
+        needs_.push_back(slot);
+        ++steps_[slot].dependents;
+      });
+      step.needs_end = static_cast<std::uint32_t>(needs_.size());
+    }
   }
 }
 
 void WantOrder::share_costs() {
-  std::uint32_t i = 0;
   for (Step& step : steps_) {
-    for (; i < step.needs_end; ++i) {
+    for (std::uint32_t i = step.needs_begin; i < step.needs_end; ++i) {
       const Step& need = steps_[needs_[i]];
       step.cost += need.cost;
       step.worth += need.worth;
@@ -87,11 +100,10 @@ void WantOrder::share_costs() {
 }
 
 void WantOrder::raise_needs() {
-  std::size_t i = needs_.size();
   for (std::size_t s = steps_.size(); s-- > 0;) {
     const Step& step = steps_[s];
-    for (const std::size_t begin = s == 0 ? 0 : steps_[s - 1].needs_end; i > begin; --i) {
-      Step& need = steps_[needs_[i - 1]];
+    for (std::uint32_t i = step.needs_begin; i < step.needs_end; ++i) {
+      Step& need = steps_[needs_[i]];
       need.utility = std::max(need.utility, step.utility);
       need.threshold = std::max(need.threshold, step.threshold);
     }
@@ -132,7 +144,7 @@ void WantOrder::order(const WantInput& input, const PlanOptions& options, std::v
   for (const std::uint32_t i : sorted_) {
     if (wants.size() == options.max_wants) break;
     const Step& step = steps_[i];
-    if (input.table.sizes_bytes()[input.table.step_index(step.cell, step.p)] == 0) continue;
+    if (step.empty) continue;
     wants.push_back({step.cell, step.p, step.utility, input.live[step.cell] == 0});
   }
 }

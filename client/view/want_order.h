@@ -39,13 +39,15 @@ class WantOrder {
  private:
   struct Step {
     std::uint32_t cell = 0;
-    std::uint32_t p = 0;
+    std::uint8_t p = 0;
+    bool empty = false;      // nothing to send
     float threshold = 0.0F;  // speculative ones as much lower as options say
     float utility = 0.0F;
     double cost = 0.0;   // at last the share of each that needs it
     double worth = 0.0;  // likewise
     std::uint32_t dependents = 0;
-    std::uint32_t needs_end = 0;  // in needs_
+    std::uint32_t needs_begin = 0;  // in needs_
+    std::uint32_t needs_end = 0;
   };
   void collect(const WantInput& input, const PlanOptions& options);
   void find_needs(const WantInput& input);
@@ -54,7 +56,7 @@ class WantOrder {
   void sort(const PlanOptions& options);
   std::vector<Step> steps_;           // coarse to fine
   std::vector<std::uint32_t> slots_;  // by step of the table: its place in steps_, where it is missing
-  std::vector<std::uint32_t> needs_;  // slots of the missing steps that each step needs directly, step by step
+  std::vector<std::uint32_t> needs_;  // slots of the missing steps that each step needs directly, cell by cell
   std::vector<std::uint32_t> layer_begins_;
   std::vector<std::uint32_t> keys_;
   std::vector<std::uint32_t> sorted_;

@@ -162,12 +162,15 @@ class CellWorld {
       table_.add_needs(c, needs_beside(table_, c, neighbours(c)));
     }
   }
-  void reveal_everything() {
-    for (std::uint32_t c = 0; c < table_.cell_count(); ++c) {
-      table_.set_extent(c, extent_of_box(boxes_[c]));
-      table_.add_needs(c, needs_beside(table_, c, beside_[c]));
-    }
+  void reveal_extents() {
+    for (std::uint32_t c = 0; c < table_.cell_count(); ++c) table_.set_extent(c, extent_of_box(boxes_[c]));
   }
+  void reveal_everything() {
+    reveal_extents();
+    for (std::uint32_t c = 0; c < table_.cell_count(); ++c) table_.add_needs(c, needs_beside(table_, c, beside_[c]));
+  }
+  // Those of its slab, and coarser ones that have no children.
+  std::span<const std::uint32_t> beside(std::uint32_t cell) const { return beside_[cell]; }
 
  private:
   static glm::dvec3 place(double u, double v) {
