@@ -56,6 +56,11 @@ class Builder {
     return observe(coded);
   }
 
+  MergeHistory history() {
+    describe();
+    return run_simplify();
+  }
+
   Result<BuiltAsset> build() {
     if (mesh_.positions.size() > kMostVertices) {
       return fail(ErrorKind::limit,
@@ -321,6 +326,10 @@ class Builder {
 
 Result<BuiltAsset> build_asset(const TriangleMesh& mesh, const BuildOptions& options) {
   return Builder(mesh, options).build();
+}
+
+MergeHistory merge_history_of(const TriangleMesh& mesh, const BuildOptions& options) {
+  return Builder(mesh, options).history();
 }
 
 SimplifyOptions simplify_options_of(const TriangleMesh& mesh, const BuildOptions& options) {

@@ -57,6 +57,8 @@ Result<BuiltAsset> build_asset(const TriangleMesh& mesh, const BuildOptions& opt
 
 // How build_asset simplifies: what it is given, and its defaults for the rest.
 SimplifyOptions simplify_options_of(const TriangleMesh& mesh, const BuildOptions& options);
+// The merges that it codes: of large models in generations of their own (error_levels.h).
+MergeHistory merge_history_of(const TriangleMesh& mesh, const BuildOptions& options);
 
 // What a mesh's splits look like to the coder: the material that built-in statistics are made from.
 Result<SplitSample> sample_splits(const TriangleMesh& mesh, const BuildOptions& options);

@@ -196,20 +196,19 @@ class Measurement {
 
   Result<void> quality() {
     tell("levels");
-    const MergeHistory history = simplify(mesh_, simplify_options_of(mesh_, build_options_));
+    const MergeHistory history = merge_history_of(mesh_, build_options_);
     if (history.base_vertices != figures_.build.base_vertices ||
         history.generation_count() != figures_.build.generations) {
-      return fail(ErrorKind::bad_input, "simplify() gave " + std::to_string(history.base_vertices) +
-                                            " base vertices in " + std::to_string(history.generation_count()) +
-                                            " generations, the asset has " +
-                                            std::to_string(figures_.build.base_vertices) + " in " +
-                                            std::to_string(figures_.build.generations) +
-                                            "; simplify_options_of() is not what build_asset() does");
+      return fail(ErrorKind::bad_input,
+                  "merge_history_of() gave " + std::to_string(history.base_vertices) + " base vertices in " +
+                      std::to_string(history.generation_count()) + " generations, the asset has " +
+                      std::to_string(figures_.build.base_vertices) + " in " +
+                      std::to_string(figures_.build.generations) + "; that is not what build_asset() does");
     }
     const PositionGrid& grid = asset_->asset_head()->grid;
     std::vector<GridPoint> places;
     for (const glm::dvec3& p : mesh_.positions) places.push_back(grid.encode(p));
-    const CodedHistory coded(history, std::move(places), grid);
+    const CodedHistory coded(history, std::move(places), grid, asset_->asset_head()->precision);
     Result<std::vector<LevelQuality>> levels =
         measure_levels(full_, mesh_, coded, grid, options_.level_shares, options_.face_samples);
     if (!levels) return tl::unexpected(levels.error());
