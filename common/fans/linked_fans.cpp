@@ -1,6 +1,5 @@
 #include "common/fans/linked_fans.h"
 
-#include <algorithm>
 #include <cassert>
 #include <unordered_map>
 
@@ -50,59 +49,18 @@ LinkedFans::LinkedFans(std::size_t vertex_count, const std::vector<Triangle>& tr
 }
 
 void LinkedFans::resize(std::size_t vertex_count, PageKind pages) {
-  const std::size_t added = vertex_count - base_vertices_;
-  in_rooms_ = pages == PageKind::small && added != 0;
-  if (!in_rooms_) {
-    fans_.grow(vertex_count, pages);
-    corners_.grow(4 * (base_faces_ + 2 * added), pages);
-    return;
-  }
-  const std::size_t rooms = (added + kRoomVertices - 1) / kRoomVertices;
-  const std::size_t room_pages = (rooms + FaceRooms::kPerPage - 1) / FaceRooms::kPerPage;
-  rooms_begin_ = (4 * base_faces_ + kPageCorners - 1) / kPageCorners * kPageCorners;
   fans_.grow(vertex_count, pages);
-  rooms_.grow(rooms, pages);
-  taken_of_block_.resize((rooms + kBlockRooms - 1) / kBlockRooms);
-  corners_.grow(rooms_begin_ + room_pages * kPageCorners, pages);
-}
-
-void LinkedFans::take_room(std::uint32_t room) {
-  const FaceRooms::Taken taken = taken_.take();
-  rooms_[room] = rooms_begin_ + taken.room * kRoomCorners;
-  if (taken.opens_page) corners_.note_use(rooms_[room], rooms_[room] + kRoomCorners);
-  if (taken_of_block_[room / kBlockRooms]++ == 0) rooms_.note_use(room, room + 1);
-}
-
-void LinkedFans::leave_room(std::uint32_t room) {
-  taken_.leave((rooms_[room] - rooms_begin_) / kRoomCorners);
-  --taken_of_block_[room / kBlockRooms];
-  rooms_[room] = 0;
+  corners_.grow(4 * (base_faces_ + 2 * (vertex_count - base_vertices_)), pages);
 }
 
 void LinkedFans::note_use(VertexId first, VertexId last) {
   fans_.note_use(first, last);
-  if (!in_rooms_) corners_.note_use(first_corner(first), first_corner(last));
+  corners_.note_use(first_corner(first), first_corner(last));
 }
 
 void LinkedFans::discard(VertexId first, VertexId last) {
   fans_.discard(first, last);
-  if (!in_rooms_) corners_.discard(first_corner(first), first_corner(last));
-}
-
-void LinkedFans::discard_unused_faces() {
-  for (const std::uint32_t page : taken_.take_emptied_pages()) {
-    const std::size_t begin = rooms_begin_ + std::size_t{page} * kPageCorners;
-    corners_.discard(begin, begin + kPageCorners);
-  }
-  for (std::size_t block = 0; block < taken_of_block_.size(); ++block) {
-    if (taken_of_block_[block] != 0) continue;
-    rooms_.discard(block * kBlockRooms, std::min(rooms_.size(), (block + 1) * kBlockRooms));
-  }
-}
-
-std::size_t LinkedFans::memory_bytes() const {
-  return corners_.resident_bytes() + fans_.resident_bytes() + rooms_.resident_bytes() + taken_.memory_bytes() +
-         taken_of_block_.capacity() * sizeof(taken_of_block_[0]);
+  corners_.discard(first_corner(first), first_corner(last));
 }
 
 std::vector<VertexId> LinkedFans::ring(VertexId v) const {
@@ -147,13 +105,6 @@ RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added, CornerId root_c
   if (wings.first != kOutside) --fans_[wings.first].count;
   if (wings.last != kOutside) --fans_[wings.last].count;
   for (CornerId i = 0; i < 8; ++i) c[a + i] = {};
-  if (in_rooms_) {
-    const std::uint32_t room = (added - base_vertices_) / kRoomVertices;
-    const std::size_t begin = base_vertices_ + room * kRoomVertices;
-    std::uint32_t left = 0;
-    for (std::size_t v = begin; v < std::min(fans_.size(), begin + kRoomVertices); ++v) left |= fans_[v].count;
-    if (left == 0) leave_room(room);
-  }
   return wings;
 }
 

@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "common/fans/face_rooms.h"
 #include "common/fans/ring_mesh.h"
 #include "common/support/paged_array.h"
 
@@ -35,15 +34,11 @@ class LinkedFans {
   // Precondition: `triangles` are an oriented manifold (is_oriented_manifold) over vertices 0..vertex_count-1.
   LinkedFans(std::size_t vertex_count, const std::vector<Triangle>& triangles);
   // Makes room for vertices up to vertex_count - 1, which only split() brings into the mesh. Room that is not in use
-  // takes no memory: with huge pages as long as nothing near it is, with small ones nearly none wherever it is, since
-  // faces then lie where there is room and not by their vertices' numbers. Precondition: no vertex was split yet, or
-  // `pages` are those of before.
+  // takes no memory.
   void resize(std::size_t vertex_count, PageKind pages = PageKind::huge);
   // PagedArray's, for vertices [first, last) that split() brings; of those that are given back none is in the mesh.
   void note_use(VertexId first, VertexId last);
   void discard(VertexId first, VertexId last);
-  // Gives back the small pages on which there is no face any more.
-  void discard_unused_faces();
 
   std::size_t vertex_capacity() const { return fans_.size(); }  // one past the largest vertex number
   bool contains(VertexId v) const { return v < fans_.size() && fans_[v].count != 0; }
@@ -96,39 +91,21 @@ class LinkedFans {
 
   // Every face once: those of the base, then by the numbers of the vertices that they came with.
   std::vector<Triangle> triangles() const;
-  std::size_t memory_bytes() const;
+  std::size_t memory_bytes() const { return corners_.resident_bytes() + fans_.resident_bytes(); }
 
  private:
   struct Fan {
     CornerId corner = 0;
     std::uint32_t count = 0;
   };
-  // Faces in rooms: those that come with kRoomVertices vertices of successive numbers share one, 256 bytes.
-  static constexpr std::uint32_t kRoomVertices = 4;
-  static constexpr std::uint32_t kRoomCorners = 8 * kRoomVertices;
-  static constexpr std::uint32_t kBlockRooms = 1024;  // a page of rooms_
-  static constexpr std::uint32_t kPageCorners = kRoomCorners * FaceRooms::kPerPage;
-
   // The next and the previous corner of the same face.
   static CornerId after(CornerId corner) { return (corner & 3U) == 2 ? corner - 2 : corner + 1; }
   static CornerId before(CornerId corner) { return (corner & 3U) == 0 ? corner + 2 : corner - 1; }
   // The first corner of the first of the two faces that came with `added`.
-  CornerId first_corner(VertexId added) const {
-    const std::uint32_t n = added - base_vertices_;
-    return in_rooms_ ? rooms_[n / kRoomVertices] + 8 * (n % kRoomVertices) : 4 * (base_faces_ + 2 * n);
-  }
-  void take_room(std::uint32_t room);
-  void leave_room(std::uint32_t room);
+  CornerId first_corner(VertexId added) const { return 4 * (base_faces_ + 2 * (added - base_vertices_)); }
 
-  PagedArray<Corner> corners_;  // by fours, the fourth for notes
-  PagedArray<Fan> fans_;        // by vertex
-  // Of faces that lie in rooms, as they do on small pages: by room's worth of vertices, its first corner, or 0 where
-  // none of them is in the mesh.
-  PagedArray<CornerId> rooms_;
-  FaceRooms taken_;
-  std::vector<std::uint32_t> taken_of_block_;  // how many of kBlockRooms successive entries of rooms_ are not 0
-  CornerId rooms_begin_ = 0;
-  bool in_rooms_ = false;
+  PagedArray<Corner> corners_;    // by fours, the fourth for notes
+  PagedArray<Fan> fans_;          // by vertex
   std::uint32_t base_faces_ = 0;  // with those to kOutside
   std::uint32_t base_vertices_ = 0;
 };
@@ -139,11 +116,6 @@ inline void LinkedFans::split(VertexId root, VertexId added, const Arc& arc) {
   Corner* c = corners_.data();
   const VertexId wing_first = c[arc.first].neighbour;
   const VertexId wing_last = c[arc.last].neighbour;
-  if (in_rooms_) {
-    const std::uint32_t room = (added - base_vertices_) / kRoomVertices;
-    if (rooms_[room] == 0) [[unlikely]]
-      take_room(room);
-  }
   const CornerId a = first_corner(added);
   const CornerId b = a + 4;
   // The arc's faces change hands: their last corner spells the new vertex now.

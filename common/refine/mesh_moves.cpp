@@ -204,7 +204,6 @@ void ProgressiveMesh::give_back_pages() {
     state_.discard(begin, end);
   }
   emptied_.clear();
-  state_.fans.discard_unused_faces();
 }
 
 void ProgressiveMesh::coarsen_excess(Work& work) {

@@ -20,9 +20,9 @@ using testing::SeededRandom;
 
 using Ring = std::vector<VertexId>;
 
-LinkedFans fans_of(const TriangleMesh& mesh, std::size_t room = 0, PageKind pages = PageKind::huge) {
+LinkedFans fans_of(const TriangleMesh& mesh, std::size_t room = 0) {
   LinkedFans fans(mesh.positions.size(), mesh.triangles);
-  fans.resize(mesh.positions.size() + room, pages);
+  fans.resize(mesh.positions.size() + room);
   return fans;
 }
 
@@ -191,58 +191,6 @@ std::vector<std::size_t> random_turns(const std::vector<std::vector<Split>>& by_
   for (std::size_t r = 0; r < by_root.size(); ++r) turns.insert(turns.end(), by_root[r].size(), r);
   random.shuffle(turns);
   return turns;
-}
-
-// Faces that lie where there is room spell what those do that lie by number, whichever numbers come and go; and they
-// take as many pages as there are faces, not as there are numbers near them.
-TEST(LinkedFans, OnSmallPagesAreTheSameInLittleMemory) {
-  constexpr std::uint32_t kRoom = 60'000;
-  constexpr std::uint32_t kSplits = 300;
-  for (const auto& [name, mesh] : fan_shapes()) {
-    SCOPED_TRACE(name);
-    SeededRandom random(5);
-    const auto base = static_cast<std::uint32_t>(mesh.positions.size());
-    LinkedFans dense = fans_of(mesh, kRoom);
-    LinkedFans sparse = fans_of(mesh, kRoom, PageKind::small);
-    const std::size_t empty_bytes = sparse.memory_bytes();
-    Ring present(base);
-    for (VertexId v = 0; v < base; ++v) present[v] = v;
-    std::vector<std::pair<Split, LinkedFans::CornerId>> made;  // and where the root's fan started in `sparse`
-    for (int round = 0; round < 3; ++round) {
-      while (made.size() < kSplits) {
-        // In runs, as cells have them, some of which share a room.
-        VertexId added = base + random.below(kRoom / 100) * 100;
-        for (std::uint32_t run = 1 + random.below(9); run > 0 && made.size() < kSplits; --run, ++added) {
-          if (dense.contains(added)) continue;
-          const Split s =
-              random_split(dense, present[random.below(static_cast<std::uint32_t>(present.size()))], added, random);
-          made.emplace_back(s, sparse.corner(s.root));
-          dense.split(s.root, added, s.first, s.last);
-          sparse.split(s.root, added, s.first, s.last);
-          sparse.note_use(added, added + 1);
-          const LinkedFans::Note note{{{added, 1}, {2, added}}};
-          sparse.set_note(added, note);
-          ASSERT_EQ(sparse.note(added)[1].next, added);
-          present.push_back(added);
-        }
-      }
-      for (const VertexId v : present) ASSERT_EQ(sparse.ring(v), dense.ring(v)) << "vertex " << v;
-      ASSERT_EQ(sorted_faces(sparse.triangles()), sorted_faces(dense.triangles()));
-      // At most four to a room, and a page of each of the arrays by number for each run.
-      EXPECT_LT(sparse.memory_bytes(), empty_bytes + kSplits * 256 + (kRoom / 512 + kRoom / 4096 + 4) * 4096 + 10'000);
-      for (; made.size() > (round == 2 ? 0U : kSplits / 2); made.pop_back()) {
-        const auto& [s, corner] = made.back();
-        dense.merge(s.root, s.added, s.root_corner);
-        sparse.merge(s.root, s.added, corner);
-        present.pop_back();
-      }
-      for (const VertexId v : present) ASSERT_EQ(sparse.ring(v), dense.ring(v)) << "vertex " << v;
-    }
-    for (VertexId v = base; v < base + kRoom; ++v) ASSERT_FALSE(sparse.contains(v));
-    sparse.discard(base, base + kRoom);
-    sparse.discard_unused_faces();
-    EXPECT_LE(sparse.memory_bytes(), empty_bytes + 4096) << "of " << kSplits << " splits nothing is left";
-  }
 }
 
 TEST(LinkedFans, TheOrderOfSplitsThatShareNoFaceDoesNotMatter) {
