@@ -10,7 +10,7 @@ namespace {
 
 #define FANSTREAM_KERNEL
 #define FANSTREAM_LANES inline
-#include "common/coding/lanes8_portable.h"
+#include "common/coding/lanes8_portable.inc"
 #include "common/coding/ring_kernels.inc"
 
 }  // namespace

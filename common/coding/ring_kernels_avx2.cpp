@@ -10,7 +10,7 @@ namespace {
 // program.
 #define FANSTREAM_KERNEL [[gnu::target("avx2,bmi,bmi2,popcnt")]]
 #define FANSTREAM_LANES [[gnu::target("avx2,bmi,bmi2,popcnt"), gnu::always_inline]] inline
-#include "common/coding/lanes8_avx2.h"
+#include "common/coding/lanes8_avx2.inc"
 #include "common/coding/ring_kernels.inc"
 
 }  // namespace
