@@ -50,7 +50,7 @@ class Builder {
     describe();
     const MergeHistory history = run_simplify();
     choose_precision_of(history);
-    const CodedHistory coded(history, coded_places(), head_.grid, head_.precision);
+    const CodedHistory coded(history, coded_places_, head_.grid, head_.precision);
     plan(history);
     if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
     return observe(coded);
@@ -71,8 +71,8 @@ class Builder {
     describe();
     const MergeHistory history = run_simplify();
     choose_precision_of(history);
-    const CodedHistory coded(history, coded_places(), head_.grid, head_.precision);
-    std::future<SurfaceErrors> surface = start_measuring_surface(mesh_.triangles, coded_places(), head_.grid, coded);
+    const CodedHistory coded(history, coded_places_, head_.grid, head_.precision);
+    std::future<SurfaceErrors> surface = start_measuring_surface(mesh_.triangles, coded_places_, head_.grid, coded);
     plan(history);
     if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
     if (Result<void> trained = train(coded); !trained) return tl::unexpected(trained.error());
@@ -85,17 +85,12 @@ class Builder {
     if (options_.progress) options_.progress(stage, fraction);
   }
 
-  std::vector<GridPoint> coded_places() const {
-    std::vector<GridPoint> places(mesh_.positions.size());
-    for (std::size_t v = 0; v < places.size(); ++v) places[v] = head_.grid.encode(mesh_.positions[v]);
-    return places;
-  }
-
   void describe() {
     head_.vertex_count = static_cast<std::uint32_t>(mesh_.positions.size());
     head_.triangle_count = static_cast<std::uint32_t>(mesh_.triangles.size());
     head_.component_count = static_cast<std::uint32_t>(count_components(mesh_.positions.size(), mesh_.triangles));
     head_.grid = PositionGrid::fit(mesh_.positions, options_.position_bits.value_or(PositionGrid::default_bits(mesh_)));
+    for (const glm::dvec3& p : mesh_.positions) coded_places_.push_back(head_.grid.encode(p));
   }
 
   MergeHistory run_simplify() const {
@@ -104,8 +99,8 @@ class Builder {
     MergeHistory history = simplify(mesh_, simplify_options);
     if (granularity_.fine_share >= 1.0) return history;
     report("order by error", 0.0);
-    const CodedHistory coded(history, coded_places(), head_.grid);
-    history = level_by_error(mesh_.triangles, coded_places(), head_.grid, coded, {granularity_.fine_share});
+    const CodedHistory coded(history, coded_places_, head_.grid);
+    history = level_by_error(mesh_.triangles, coded_places_, head_.grid, coded, {granularity_.fine_share});
     return history;
   }
 
@@ -314,7 +309,8 @@ class Builder {
   Granularity granularity_;
   AssetHead head_;
   AssetIndex index_;
-  std::vector<VertexId> base_numbers_;  // the model's vertex of each base vertex
+  std::vector<GridPoint> coded_places_;  // of the model's vertices
+  std::vector<VertexId> base_numbers_;   // the model's vertex of each base vertex
   std::vector<std::byte> base_bytes_;
   std::vector<std::vector<std::byte>> layer_segments_;
   std::vector<std::byte> polygon_bytes_;

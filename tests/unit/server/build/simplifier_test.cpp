@@ -2,11 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <set>
-
 #include "common/coding/fan_vertex.h"
 #include "common/mesh/manifold_check.h"
 #include "tests/support/asset_helpers.h"
+#include "tests/support/merge_history_checks.h"
 #include "tests/support/mesh_generators.h"
 #include "tests/support/ring_views.h"
 
@@ -24,27 +23,8 @@ SimplifyOptions down_to(std::uint32_t vertices) {
 TEST(Simplifier, PatchesOfOneGenerationShareNoFace) {
   for (const auto& [name, mesh] : testing::model_shapes()) {
     SCOPED_TRACE(name);
-    const MergeHistory history = simplify(mesh, down_to(60));
-    RingMesh rings = RingMesh::from_triangles(mesh.positions.size(), mesh.triangles);
-    for (std::uint32_t g = 0; g < history.generation_count(); ++g) {
-      std::set<VertexId> roots;
-      std::set<VertexId> removed;
-      for (std::uint32_t m = history.generation_begin[g]; m < history.generation_begin[g + 1]; ++m) {
-        const MergeRecord& merge = history.merges[m];
-        ASSERT_TRUE(rings.can_merge(merge.root, merge.removed)) << "merge " << m;
-        const RingMesh::Wings wings = rings.wings(merge.root, merge.removed);
-        ASSERT_EQ(wings.first, merge.first);
-        ASSERT_EQ(wings.last, merge.last);
-        ASSERT_FALSE(roots.contains(merge.removed)) << "a root is absorbed in its own generation, merge " << m;
-        rings.merge(merge.root, merge.removed);
-        roots.insert(merge.root);
-        removed.insert(merge.removed);
-      }
-      for (const VertexId root : roots) {
-        for (const VertexId w : rings.ring(root)) ASSERT_FALSE(roots.contains(w)) << root << " beside " << w;
-      }
-    }
-    EXPECT_EQ(testing::cycles_of(rings), testing::cycles_of(history.base));
+    testing::expect_disjoint_patches(mesh, simplify(mesh, down_to(60)));
+    if (HasFatalFailure()) return;
   }
 }
 
