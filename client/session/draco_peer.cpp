@@ -41,28 +41,6 @@ void fill(const GridMesh& mesh, draco::Mesh& result) {
   }
 }
 
-// Decodes once into `seconds`; an error if triangles or vertices are missing.
-Result<void> decode(const draco::EncoderBuffer& bytes, const GridMesh& mesh, double& seconds) {
-  draco::DecoderBuffer buffer;
-  buffer.Init(bytes.data(), bytes.size());
-  draco::Decoder decoder;
-  const double start = thread_cpu_seconds();
-  const auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  seconds = thread_cpu_seconds() - start;
-  if (!decoded.ok()) return fail(ErrorKind::bad_input, "Draco cannot decode: " + decoded.status().error_msg_string());
-  const std::size_t triangles = decoded.value()->num_faces();
-  const std::size_t points = decoded.value()->num_points();
-  if (triangles != mesh.triangles.size()) {
-    return fail(ErrorKind::bad_input, "Draco gave back " + std::to_string(triangles) + " of " +
-                                          std::to_string(mesh.triangles.size()) + " triangles");
-  }
-  if (points < mesh.positions.size()) {
-    return fail(ErrorKind::bad_input, "Draco gave back " + std::to_string(points) + " of " +
-                                          std::to_string(mesh.positions.size()) + " vertices");
-  }
-  return {};
-}
-
 Result<void> check(const GridMesh& mesh, int level, int decode_repetitions) {
   if (level < 0 || level > 10) return fail(ErrorKind::usage, "Draco's compression level must be 0 to 10");
   if (decode_repetitions < 1) return fail(ErrorKind::usage, "decode repetitions must be 1 or more");
@@ -112,16 +90,39 @@ Result<DracoFile> make_draco_file(const GridMesh& mesh, int level, int decode_re
   file.encode_seconds = thread_cpu_seconds() - start;
   if (!status.ok()) return fail(ErrorKind::bad_input, "Draco cannot encode: " + status.error_msg_string());
 
+  const auto* begin = reinterpret_cast<const std::byte*>(encoded.data());
+  file.bytes.assign(begin, begin + encoded.size());
   std::vector<double> seconds(static_cast<std::size_t>(decode_repetitions));
   for (double& s : seconds) {
-    if (const Result<void> decoded = decode(encoded, mesh, s); !decoded) return tl::unexpected(decoded.error());
+    const Result<double> decoded = decode_draco_file(file, mesh);
+    if (!decoded) return tl::unexpected(decoded.error());
+    s = *decoded;
   }
   const auto middle = seconds.begin() + decode_repetitions / 2;
   std::nth_element(seconds.begin(), middle, seconds.end());
   file.decode_seconds = *middle;
-  const auto* begin = reinterpret_cast<const std::byte*>(encoded.data());
-  file.bytes.assign(begin, begin + encoded.size());
   return file;
+}
+
+Result<double> decode_draco_file(const DracoFile& file, const GridMesh& mesh) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
+  draco::Decoder decoder;
+  const double start = thread_cpu_seconds();
+  const auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+  const double seconds = thread_cpu_seconds() - start;
+  if (!decoded.ok()) return fail(ErrorKind::bad_input, "Draco cannot decode: " + decoded.status().error_msg_string());
+  const std::size_t triangles = decoded.value()->num_faces();
+  const std::size_t points = decoded.value()->num_points();
+  if (triangles != mesh.triangles.size()) {
+    return fail(ErrorKind::bad_input, "Draco gave back " + std::to_string(triangles) + " of " +
+                                          std::to_string(mesh.triangles.size()) + " triangles");
+  }
+  if (points < mesh.positions.size()) {
+    return fail(ErrorKind::bad_input, "Draco gave back " + std::to_string(points) + " of " +
+                                          std::to_string(mesh.positions.size()) + " vertices");
+  }
+  return seconds;
 }
 
 PeerDownload download_of(const DracoFile& file, const VirtualLinkOptions& link) {

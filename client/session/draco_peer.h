@@ -38,6 +38,9 @@ struct DracoFile {
 // least every position.
 Result<DracoFile> make_draco_file(const GridMesh& mesh, int level, int decode_repetitions = 5);
 
+// Decodes the file of this mesh once more. Returns the seconds; fails as make_draco_file does.
+Result<double> decode_draco_file(const DracoFile& file, const GridMesh& mesh);
+
 // A download of a whole file and what it takes until it can be drawn.
 struct PeerDownload {
   std::uint64_t size_bytes = 0;

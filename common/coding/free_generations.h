@@ -38,7 +38,7 @@ class FreeGenerations {
   void exclude_set(std::uint64_t taken) { taken_ |= taken; }
 
   template <class Bits = PlainBits>
-  std::uint32_t count() const {
+  [[gnu::always_inline]] std::uint32_t count() const {
     const std::uint32_t ages = last_ - now_ + 1;
     return ages - Bits::count(taken_ & (~std::uint64_t{0} >> (64 - ages)));
   }
@@ -50,7 +50,7 @@ class FreeGenerations {
   }
   // Of no meaning unless rank < count().
   template <class Bits = PlainBits>
-  std::uint32_t of_rank(std::uint32_t rank) const {
+  [[gnu::always_inline]] std::uint32_t of_rank(std::uint32_t rank) const {
     return now_ + Bits::place_of(~taken_, rank);
   }
 

@@ -41,14 +41,12 @@ void FrequencyTable::set_starts(std::span<const std::uint32_t> frequencies) {
     start_[i] = static_cast<std::uint16_t>(start);
     start += frequencies[i];
   }
-  // Each symbol stands at the blocks that start in its range.
-  constexpr std::uint32_t kBlock = 1U << kBlockBits;
-  for (std::size_t i = 0; i < frequencies.size(); ++i) {
-    const std::uint32_t first = (start_[i] + kBlock - 1) >> kBlockBits;
-    const std::uint32_t last = (start_[i + 1] + kBlock - 1) >> kBlockBits;
-    std::fill(first_symbol_.begin() + first, first_symbol_.begin() + last, static_cast<std::uint8_t>(i));
-    std::fill(first_range_.begin() + first, first_range_.begin() + last,
-              std::uint32_t{start_[i]} | frequencies[i] << 16U);
+  std::uint32_t symbol = 0;
+  for (std::uint32_t block = 0; block < kBlocks; ++block) {
+    const std::uint32_t slot = block << kBlockBits;
+    while (start_[symbol + 1] <= slot) ++symbol;
+    first_symbol_[block] = static_cast<std::uint8_t>(symbol);
+    first_range_[block] = std::uint32_t{start_[symbol]} | frequencies[symbol] << 16U;
   }
 }
 

@@ -75,6 +75,41 @@ class RansDecoder {
         ends_(ends),
         begun_(mark.begun) {}
 
+  int symbol(const FrequencyTable& table, int value);
+  unsigned bits(int count, unsigned value);
+  // True if all bytes were used and, as far as this can be told before the stream's end, none was missing.
+  bool used_up() const { return position_ == size_ && !starved(); }
+  // True if besides the stream is at its end. Damaged symbols hardly ever pass; damage to raw bits alone can, and so
+  // can a stream that lacks its end (CODING.md): lengths and checksums are the format's business.
+  bool finished_cleanly() const { return used_up() && ends_ && state_ == 0; }
+  // Words were missing though the stream had not ended.
+  bool starved() const { return begun_ && !ends_ && state_ < kLeast; }
+
+  // A state is never below it while there are words left.
+  static constexpr std::uint32_t kLeast = 1U << 16;
+
+ private:
+  friend class FastRansDecoder;
+  static constexpr std::array<std::byte, 2> kNothing{};
+
+  const std::byte* bytes_ = kNothing.data();  // two can be read, whatever the size
+  std::size_t position_ = 0;
+  std::size_t size_ = 0;  // even
+  std::uint32_t state_ = 0;
+  bool ends_ = true;
+  bool begun_ = false;  // some segment had bytes
+};
+
+// A RansDecoder at work on many symbols: what changes with each stays in registers until this goes. Until then the
+// decoder is not to be used but by aside().
+class FastRansDecoder {
+ public:
+  static constexpr bool kDecodes = true;
+  explicit FastRansDecoder(RansDecoder& decoder) : decoder_(decoder) { fetch(); }
+  ~FastRansDecoder() { put_back(); }
+  FastRansDecoder(const FastRansDecoder&) = delete;
+  FastRansDecoder& operator=(const FastRansDecoder&) = delete;
+
   [[gnu::always_inline]] int symbol(const FrequencyTable& table, int /*value*/) {
     const std::uint32_t slot = state_ & (FrequencyTable::kTotal - 1);
     const FrequencyTable::Found found = table.find(slot);
@@ -88,28 +123,37 @@ class RansDecoder {
     take_word();
     return value;
   }
-  // True if all bytes were used and, as far as this can be told before the stream's end, none was missing.
-  bool used_up() const { return position_ == size_ && !starved(); }
-  // True if besides the stream is at its end. Damaged symbols hardly ever pass; damage to raw bits alone can, and so
-  // can a stream that lacks its end (CODING.md): lengths and checksums are the format's business.
-  bool finished_cleanly() const { return used_up() && ends_ && state_ == 0; }
-  // Words were missing though the stream had not ended.
-  bool starved() const { return begun_ && !ends_ && state_ < kLeast; }
-
-  // A state is never below it while there are words left.
-  static constexpr std::uint32_t kLeast = 1U << 16;
+  // What is rare and long: `read` is given the decoder itself.
+  template <class Read>
+  [[gnu::always_inline]] auto aside(Read&& read) {
+    put_back();
+    const auto result = read(decoder_);
+    fetch();
+    return result;
+  }
 
  private:
-  static constexpr std::array<std::byte, 2> kNothing{};
+  [[gnu::always_inline]] void fetch() {
+    state_ = decoder_.state_;
+    at_ = decoder_.bytes_ + decoder_.position_;
+    left_ = static_cast<std::ptrdiff_t>(decoder_.size_ - decoder_.position_);
+  }
+  [[gnu::always_inline]] void put_back() {
+    decoder_.state_ = state_;
+    decoder_.position_ = decoder_.size_ - static_cast<std::size_t>(left_);
+  }
 
   // Every seventh step or so takes a word, nobody can tell which: so none branches on it. Everything but the state is
   // there early, and the state has little left to go through.
   [[gnu::always_inline]] void take_word() {
-    const bool any = position_ < size_;
-    const std::byte* from = bytes_ + (position_ & (std::size_t{0} - static_cast<std::size_t>(any)));
+    const bool any = left_ > 0;
+    const std::byte* from = any ? at_ : RansDecoder::kNothing.data();
     const std::uint32_t word = std::to_integer<std::uint32_t>(from[0]) | std::to_integer<std::uint32_t>(from[1]) << 8U;
-    const std::uint32_t limit = kLeast & (0U - static_cast<std::uint32_t>(any));
-    position_ += static_cast<std::size_t>(state_ < limit) << 1U;
+    const std::uint32_t limit = static_cast<std::uint32_t>(any) << 16U;
+    static_assert(RansDecoder::kLeast == 1U << 16U);
+    const std::ptrdiff_t taken = static_cast<std::ptrdiff_t>(state_ < limit) << 1U;
+    at_ += taken;
+    left_ -= taken;
     state_ = chosen_below(state_, limit, state_ << 16U | word);
   }
   // `state`, but `other` where it is below the limit.
@@ -127,12 +171,32 @@ class RansDecoder {
 #endif
   }
 
-  const std::byte* bytes_ = kNothing.data();  // two can be read, whatever the size
-  std::size_t position_ = 0;
-  std::size_t size_ = 0;  // even
-  std::uint32_t state_ = 0;
-  bool ends_ = true;
-  bool begun_ = false;  // some segment had bytes
+  RansDecoder& decoder_;
+  const std::byte* at_;
+  std::ptrdiff_t left_;
+  std::uint32_t state_;
 };
+
+// FastRansDecoder's aside, for coders of any kind.
+template <class Coder, class Read>
+[[gnu::always_inline]] inline auto code_aside(Coder& coder, Read&& read) {
+  if constexpr (requires { coder.aside(read); }) {
+    return coder.aside(read);
+  } else {
+    return read(coder);
+  }
+}
+
+// What many symbols are best coded with: `auto&& fast = fast_coder(coder)`.
+template <class Coder>
+Coder& fast_coder(Coder& coder) {
+  return coder;
+}
+inline FastRansDecoder fast_coder(RansDecoder& decoder) { return FastRansDecoder(decoder); }
+
+inline int RansDecoder::symbol(const FrequencyTable& table, int value) {
+  return FastRansDecoder(*this).symbol(table, value);
+}
+inline unsigned RansDecoder::bits(int count, unsigned value) { return FastRansDecoder(*this).bits(count, value); }
 
 }  // namespace fanstream

@@ -114,16 +114,8 @@ template <class Coder>
     const auto decoded_low = raw_bits == 0 ? 0 : static_cast<std::int32_t>(coder.bits(raw_bits, low));
     return choice.base + mirrored((symbol - kCentre) * (1 << raw_bits) + decoded_low - half);
   }
-  const std::int64_t far_off = [&] {
-    if constexpr (Coder::kDecodes) {  // on a copy, so that the decoder itself can stay in registers
-      Coder aside = coder;
-      const std::int64_t decoded = code_escaped(aside, high, raw_bits, low);
-      coder = aside;
-      return decoded;
-    } else {
-      return code_escaped(coder, high, raw_bits, low);
-    }
-  }();
+  const std::int64_t far_off =
+      code_aside(coder, [&](auto& reader) { return code_escaped(reader, high, raw_bits, low); });
   const std::int64_t wide = choice.base + mirrored(far_off - half);
   constexpr std::int64_t kMost = std::int64_t{1} << 28;
   return static_cast<std::int32_t>(wide < -kMost ? -kMost : wide > kMost ? kMost : wide);

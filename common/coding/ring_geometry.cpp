@@ -7,9 +7,8 @@
 namespace fanstream {
 
 void RingGeometry::load(const LinkedFans& fans, VertexId root) {
-  FanWalk walk;
-  walk.go_around(fans, root);
-  load(fans, root, walk);
+  own_walk_.go_around(fans, root);
+  load(fans, root, own_walk_);
 }
 
 void RingGeometry::load_long(const LinkedFans& fans) {

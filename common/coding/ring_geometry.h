@@ -65,19 +65,23 @@ struct FanWalk {
 // from split to split to avoid allocation; not thread safe.
 class RingGeometry {
  public:
+  RingGeometry() = default;
+  RingGeometry(const LinkedFans& fans, VertexId root, std::span<const FanVertex> vertices, Float4 unit) {
+    assign(fans, root, vertices, unit);
+  }
+  RingGeometry(const RingGeometry&) = delete;
+  RingGeometry& operator=(const RingGeometry&) = delete;
+
   // In two steps, so that several rings can be worked on side by side. First the ring of `root`, of at least 3.
   // Position 0 is where the fan starts (LinkedFans::corner), which its own splits alone determine.
   void load(const LinkedFans& fans, VertexId root);
-  void load(const LinkedFans& fans, VertexId root, const FanWalk& walk) {  // which has gone around the root
+  // By a walk that has gone around the root, which is to be kept as long as the ring is in use.
+  void load(const LinkedFans& fans, VertexId root, const FanWalk& walk) {
     size_ = walk.size;
     root_ = root;
+    walk_ = &walk;
     if (size_ > kShort) [[unlikely]]
-      return load_long(fans);
-    std::copy_n(walk.ids.data(), 8, short_.ids.data());
-    std::copy_n(walk.corners.data(), 8, short_.corners.data());
-    if (size_ <= 8) return;
-    std::copy_n(walk.ids.data() + 8, 8, short_.ids.data() + 8);
-    std::copy_n(walk.corners.data() + 8, 8, short_.corners.data() + 8);
+      load_long(fans);
   }
   // Then where it lies, and its shape. `unit` is the size of one code step of each axis, 0 in the fourth lane.
   void measure(std::span<const FanVertex> vertices, Float4 unit);
@@ -115,12 +119,12 @@ class RingGeometry {
 
   // --- For the kernels ---
 
-  static constexpr std::uint32_t kShort = 16;  // of longer rings the numbers are kept elsewhere
+  static constexpr std::uint32_t kShort = FanWalk::kEntries;  // of longer rings the numbers are kept elsewhere
   std::uint32_t block_count() const { return (size_ + 7) / 8; }
   // By position. Of what lies beyond the ring's end, up to that of a block, spokes are zero and nobody is split; ids
   // are of any vertex, or kOutside.
-  const VertexId* ids() const { return is_short() ? short_.ids.data() : long_ids_.data(); }
-  const LinkedFans::CornerId* corners() const { return is_short() ? short_.corners.data() : ids() + stride(); }
+  const VertexId* ids() const { return is_short() ? walk_->ids.data() : long_ids_.data(); }
+  const LinkedFans::CornerId* corners() const { return is_short() ? walk_->corners.data() : ids() + stride(); }
   const float* xs() const { return is_short() ? short_.x.data() : long_numbers_.data(); }
   const float* ys() const { return is_short() ? short_.y.data() : xs() + stride(); }
   const float* zs() const { return is_short() ? short_.z.data() : xs() + 2 * stride(); }
@@ -146,8 +150,6 @@ class RingGeometry {
  private:
   // Written by whole blocks, the sums twice around and a block further.
   struct Short {
-    alignas(32) std::array<VertexId, kShort> ids;
-    alignas(32) std::array<LinkedFans::CornerId, kShort> corners;
     alignas(32) std::array<std::uint32_t, kShort> nexts;
     alignas(32) std::array<float, kShort> x, y, z;
     alignas(32) std::array<float, 2 * kShort + 16> square_sums;
@@ -163,7 +165,9 @@ class RingGeometry {
   float mean_square_ = 0.0F;
   float bend_square_ = 0.0F;
   Float4 normal_{};
+  const FanWalk* walk_ = nullptr;
   Short short_;
+  FanWalk own_walk_;
   std::vector<std::uint32_t> long_ids_;  // ids, corners, nexts
   std::vector<float> long_numbers_;      // x, y, z, square sums
 };

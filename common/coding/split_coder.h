@@ -17,22 +17,6 @@ namespace fanstream {
 
 namespace detail {
 
-// A decoder's state is worked on in registers; an encoder is used in place.
-template <class Coder, bool decodes = Coder::kDecodes>
-struct FastCoder {
-  Coder& coder;
-  explicit FastCoder(Coder& original) : coder(original) {}
-};
-template <class Coder>
-struct FastCoder<Coder, true> {
-  Coder& original;
-  Coder coder;
-  explicit FastCoder(Coder& given) : original(given), coder(given) {}
-  ~FastCoder() { original = coder; }
-  FastCoder(const FastCoder&) = delete;
-  FastCoder& operator=(const FastCoder&) = delete;
-};
-
 inline Opening opening_of(const RingGeometry& ring, std::uint32_t first, std::uint32_t last) {
   if (!ring.is_open()) return Opening::closed;
   if (ring.gap() == first || ring.gap() == last) return Opening::wing;
@@ -52,9 +36,9 @@ inline const FrequencyTable& table_at(const SplitModel& model, int index) {
   return model.table(static_cast<std::size_t>(index));
 }
 
-// How the ring is cut.
+// How long the arc is.
 template <class Coder>
-[[gnu::always_inline]] inline void code_arc(Coder& coder, const SplitModel& model, SplitInProgress& s) {
+[[gnu::always_inline]] inline void code_length(Coder& coder, const SplitModel& model, SplitInProgress& s) {
   const std::uint32_t size = s.ring.size();
   if (s.ring.is_open()) [[unlikely]] {
     s.opening =
@@ -62,6 +46,12 @@ template <class Coder>
   }
   s.length =
       std::min(1 + code_large(coder, table_at(model, SymbolContexts::length(s.opening, size)), s.length - 1), size - 1);
+}
+
+// And which of that length it is.
+template <class Coder>
+[[gnu::always_inline]] inline void code_rank(Coder& coder, const SplitModel& model, SplitInProgress& s) {
+  const std::uint32_t size = s.ring.size();
   if (s.opening == Opening::wing) [[unlikely]] {
     s.rank = coder.bits(1, s.rank);
   } else {
@@ -69,17 +59,24 @@ template <class Coder>
   }
 }
 
-// When both vertices are split next, and where the parent lay.
+// When both vertices are split next, and where the parents lay. One kind of symbol after the other: none then waits for
+// what only follows from the one before it.
 template <class Bits, class Coder>
-[[gnu::always_inline]] inline void code_next_and_parent(Coder& coder, const SplitModel& model, SplitInProgress& s,
-                                                        const CodingTime& time) {
-  const std::uint32_t size = s.ring.size();
-  s.root_next = code_next_split<Bits>(coder, model, NextSplitOf::root, size - s.length + 2, s.root_free, s.root_next);
-  s.added_free.exclude(s.root_next);
-  s.added_next = code_next_split<Bits>(coder, model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
-  const int parent_table = SymbolContexts::parent(s.root_next != time.generation, s.ring.is_open());
-  s.split.parent =
-      static_cast<ParentPosition>(coder.symbol(table_at(model, parent_table), static_cast<int>(s.split.parent)));
+[[gnu::always_inline]] inline void code_next_and_parents(Coder& coder, const SplitModel& model,
+                                                         std::span<SplitInProgress> splits, const CodingTime& time) {
+  for (SplitInProgress& s : splits) {
+    const std::uint32_t valence = s.ring.size() - s.length + 2;
+    s.root_next = code_next_split<Bits>(coder, model, NextSplitOf::root, valence, s.root_free, s.root_next);
+    s.added_free.exclude(s.root_next);
+  }
+  for (SplitInProgress& s : splits) {
+    s.added_next = code_next_split<Bits>(coder, model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
+  }
+  for (SplitInProgress& s : splits) {
+    const int table = SymbolContexts::parent(s.root_next != time.generation, s.ring.is_open());
+    s.split.parent =
+        static_cast<ParentPosition>(coder.symbol(table_at(model, table), static_cast<int>(s.split.parent)));
+  }
 }
 
 // Vectors given by an encoder, found by a decoder: axis by axis of all of them, in the order of their chains.
@@ -126,28 +123,31 @@ template <class Coder, class Stages>
 
 // All of it. Stages are RingKernels, or what they are made of.
 template <class Coder, class Stages>
-[[gnu::always_inline]] inline void code_by_stages(Coder& original, const SplitModel& model, const AxisUnits& units,
+[[gnu::always_inline]] inline void code_by_stages(Coder& coder, const SplitModel& model, const AxisUnits& units,
                                                   const CodingTime& time, std::span<SplitInProgress> splits,
                                                   const Stages& stages) {
-  FastCoder<Coder> fast(original);
-  auto& coder = fast.coder;
   for (SplitInProgress& s : splits) {
     if constexpr (Coder::kDecodes) {
       s.opening = Opening::closed;
     } else {
       describe_arc(s);
     }
-    code_arc(coder, model, s);
+    code_length(coder, model, s);
   }
+  for (SplitInProgress& s : splits) code_rank(coder, model, s);
   stages.cut(splits, time);
-  for (SplitInProgress& s : splits) code_next_and_parent<typename Stages::Bits>(coder, model, s, time);
+  code_next_and_parents<typename Stages::Bits>(coder, model, splits, time);
   AxisChains chains;
   stages.predict(splits, model, units, chains);
   code_displacements(coder, model, stages, chains, splits);
   if (!model.has_free_parents) [[likely]]
     return;
   for (SplitInProgress& s : splits) {
-    if (s.split.parent == ParentPosition::free) code_shift(coder, model, units, stages, s);
+    if (s.split.parent != ParentPosition::free) continue;
+    code_aside(coder, [&](auto& reader) {
+      code_shift(reader, model, units, stages, s);
+      return true;
+    });
   }
 }
 

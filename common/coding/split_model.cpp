@@ -63,16 +63,17 @@ void SplitStatistics::allow_free_parents() {
 
 namespace {
 
-// Codes one group of numbers: whether it differs from the built-in one, and by how much. Written once for both
-// directions.
+// Codes one group of numbers: whether it differs from the built-in one, and by how much. A decoder's is the built-in
+// one before. Written once for both directions.
 template <class Coder, class Number>
 bool code_group(Coder& coder, const FrequencyTable& differs_table, std::span<Number> group,
                 std::type_identity_t<std::span<const Number>> built_in, int low, int high) {
-  const bool differs =
-      coder.symbol(differs_table, std::equal(group.begin(), group.end(), built_in.begin()) ? 0 : 1) != 0;
+  int differs = 0;
+  if constexpr (!Coder::kDecodes) differs = std::equal(group.begin(), group.end(), built_in.begin()) ? 0 : 1;
+  differs = coder.symbol(differs_table, differs);
+  if (differs == 0) return true;
   for (std::size_t i = 0; i < group.size(); ++i) {
-    int value = built_in[i];
-    if (differs) value = ResidualTables::instance().code(coder, static_cast<float>(built_in[i]), 4.0F, group[i]);
+    const int value = ResidualTables::instance().code(coder, static_cast<float>(built_in[i]), 4.0F, group[i]);
     if (value < low || value > high) return false;
     group[i] = static_cast<Number>(value);
   }
@@ -139,7 +140,7 @@ void SplitStatistics::write(ByteWriter& out) const {
 Result<SplitStatistics> SplitStatistics::read(ByteReader& in) {
   const std::uint64_t size = in.varint();
   RansDecoder decoder(in.bytes(static_cast<std::size_t>(std::min<std::uint64_t>(size, in.remaining() + 1))));
-  SplitStatistics statistics;
+  SplitStatistics statistics = built_in();
   bool valid = !in.failed() && code_statistics(decoder, statistics);
   if (valid && !decoder.finished_cleanly()) {
     statistics.has_free_parents = true;
@@ -181,7 +182,8 @@ const SymbolTables& built_in_tables() {
 SplitModel::SplitModel(const SplitStatistics& statistics) {
   const SplitStatistics& built_in = SplitStatistics::built_in();
   const auto as_built_in = [&](std::size_t t) {
-    return !statistics.has_free_parents && statistics.symbols[t] == built_in.symbols[t];
+    const bool of_parents = t >= static_cast<std::size_t>(SymbolContexts::kParentFirst);
+    return !(of_parents && statistics.has_free_parents) && statistics.symbols[t] == built_in.symbols[t];
   };
   for (std::size_t t = 0; t < tables_.size(); ++t) {
     if (as_built_in(t)) {

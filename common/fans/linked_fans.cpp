@@ -1,14 +1,50 @@
 #include "common/fans/linked_fans.h"
 
+#include <algorithm>
 #include <cassert>
-#include <unordered_map>
+#include <numeric>
+#include <span>
+#include <utility>
 
 namespace fanstream {
 namespace {
 
 using CornerId = LinkedFans::CornerId;
 
-std::uint64_t edge_key(VertexId from, VertexId to) { return std::uint64_t{from} << 32U | to; }
+// Corners by the directed edge that leaves them on its left: edges by where they start, sorted by where they lead.
+class CornersByEdge {
+ public:
+  // `corners` three to a face, in groups of four.
+  CornersByEdge(std::size_t vertex_count, std::span<const LinkedFans::Corner> corners)
+      : begin_(vertex_count + 2), edges_(corners.size() / 4 * 3) {
+    const auto for_each_edge = [&](auto&& look) {
+      for (CornerId corner = 0; corner < corners.size(); ++corner) {
+        if ((corner & 3U) == 3) continue;
+        const CornerId before = (corner & 3U) == 0 ? corner + 2 : corner - 1;
+        look(corner, corners[before].neighbour, corners[corner].neighbour);
+      }
+    };
+    for_each_edge([&](CornerId /*corner*/, VertexId from, VertexId /*to*/) { ++begin_[slot(from) + 1]; });
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    std::vector<std::uint32_t> end(begin_.begin(), begin_.end() - 1);
+    for_each_edge([&](CornerId corner, VertexId from, VertexId to) { edges_[end[slot(from)]++] = {to, corner}; });
+    for (std::size_t v = 0; v + 1 < begin_.size(); ++v) {
+      std::sort(edges_.begin() + begin_[v], edges_.begin() + begin_[v + 1]);
+    }
+  }
+  // Null if there is none.
+  const CornerId* find(VertexId from, VertexId to) const {
+    const auto last = edges_.begin() + begin_[slot(from) + 1];
+    const auto found = std::lower_bound(edges_.begin() + begin_[slot(from)], last, Edge{to, 0});
+    return found != last && found->first == to ? &found->second : nullptr;
+  }
+
+ private:
+  using Edge = std::pair<VertexId, CornerId>;
+  std::size_t slot(VertexId from) const { return from == kOutside ? begin_.size() - 2 : from; }
+  std::vector<std::uint32_t> begin_;  // by vertex, kOutside behind all others
+  std::vector<Edge> edges_;
+};
 
 }  // namespace
 
@@ -16,31 +52,28 @@ LinkedFans::LinkedFans(std::size_t vertex_count, const std::vector<Triangle>& tr
     : base_vertices_(static_cast<std::uint32_t>(vertex_count)) {
   fans_.grow(vertex_count);
   std::vector<Corner> corners;
-  // By directed edge: the corner at its start in the face on its left.
-  std::unordered_map<std::uint64_t, CornerId> corner_of;
-  corner_of.reserve(4 * triangles.size());
   const auto add_face = [&](VertexId a, VertexId b, VertexId c) {
-    const auto corner = static_cast<CornerId>(corners.size());
     corners.insert(corners.end(), {{b, 0}, {c, 0}, {a, 0}, {}});
-    corner_of[edge_key(a, b)] = corner;
-    corner_of[edge_key(b, c)] = corner + 1;
-    corner_of[edge_key(c, a)] = corner + 2;
   };
   for (const Triangle& t : triangles) add_face(t[0], t[1], t[2]);
+  const CornersByEdge inner(vertex_count, corners);
   for (const Triangle& t : triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
       const VertexId from = t[i];
       const VertexId to = t[(i + 1) % 3];
-      if (!corner_of.contains(edge_key(to, from))) add_face(to, from, kOutside);
+      if (inner.find(to, from) == nullptr) add_face(to, from, kOutside);
     }
   }
   base_faces_ = static_cast<std::uint32_t>(corners.size() / 4);
+  const bool closed = base_faces_ == triangles.size();
+  const CornersByEdge all(closed ? 0 : vertex_count, closed ? std::span<const Corner>() : corners);
+  const CornersByEdge& corner_of = closed ? inner : all;
   // The corner after (v, b, c) counter-clockwise around v is that of the face on the left of v -> c.
   for (CornerId corner = 0; corner < corners.size(); ++corner) {
     if ((corner & 3U) == 3) continue;
     const VertexId v = corners[before(corner)].neighbour;
     const VertexId c = corners[after(corner)].neighbour;
-    corners[corner].next = corner_of.at(edge_key(v, c));
+    corners[corner].next = *corner_of.find(v, c);
     if (v == kOutside) continue;
     fans_[v].corner = corner;
     ++fans_[v].count;

@@ -140,6 +140,7 @@ namespace detail {
 template <class Coder, class Source>
 bool refine_roots(FanState& state, const PlaceLattice& lattice, Coder& coder, const Source& source,
                   std::span<const SplitInProgress> batch) {
+  auto&& fast = fast_coder(coder);
   for (std::size_t i = 0; i < batch.size(); ++i) {
     FanVertex& root = state.vertices[batch[i].split.root];
     const PlaceLattice& known = state.precision.lattice(root.context.touched);
@@ -147,7 +148,7 @@ bool refine_roots(FanState& state, const PlaceLattice& lattice, Coder& coder, co
     const LatticeStep step(known, lattice);
     LowBits low = 0;
     if constexpr (!Coder::kDecodes) low = source.root_low_bits(batch[i].split.root);
-    const GridPoint point = step.fine(known.point_of(root.place), step.code(coder, low));
+    const GridPoint point = step.fine(known.point_of(root.place), step.code(fast, low));
     if (!lattice.contains(point)) return false;
     root.place = lattice.code_of(point);
   }
@@ -167,9 +168,10 @@ inline void coarsen_roots(FanState& state, std::span<const SplitInProgress> batc
 template <class Coder>
 void code_last_low_bits(Coder& coder, const PlaceLattice& lattice, std::span<SplitInProgress> batch) {
   const LatticeStep step(lattice);
+  auto&& fast = fast_coder(coder);
   for (SplitInProgress& s : batch) {
-    if (s.root_next == kNeverSplit) s.kept_low = step.code(coder, s.kept_low);
-    if (s.added_next == kNeverSplit) s.added_low = step.code(coder, s.added_low);
+    if (s.root_next == kNeverSplit) s.kept_low = step.code(fast, s.kept_low);
+    if (s.added_next == kNeverSplit) s.added_low = step.code(fast, s.added_low);
   }
 }
 

@@ -8,17 +8,24 @@
 namespace fanstream {
 namespace {
 
+// What is compared, side by side in memory.
+struct PlacedVertex {
+  GridPoint place;
+  VertexId id;
+  std::int32_t code(int axis) const { return (&place.x)[axis]; }
+  std::uint64_t key(int axis) const { return std::uint64_t{static_cast<std::uint32_t>(code(axis))} << 32U | id; }
+};
+
 struct Partitioner {
-  std::span<const FanVertex> places;
   glm::vec3 unit;
   std::vector<std::vector<VertexId>>& groups;
   std::vector<std::uint64_t> keys;  // of the vertices in doubt
 
-  int longest_axis(std::span<const VertexId> vertices, GridPoint& low, GridPoint& high) const {
-    low = high = places[vertices.front()].place;
-    for (const VertexId v : vertices) {
-      low = glm::min(low, places[v].place);
-      high = glm::max(high, places[v].place);
+  int longest_axis(std::span<const PlacedVertex> vertices, GridPoint& low, GridPoint& high) const {
+    low = high = vertices.front().place;
+    for (const PlacedVertex& v : vertices) {
+      low = glm::min(low, v.place);
+      high = glm::max(high, v.place);
     }
     int longest = 0;
     const glm::vec3 size = glm::vec3(high - low) * unit;
@@ -28,34 +35,33 @@ struct Partitioner {
     return longest;
   }
 
-  std::int32_t code(VertexId v, int axis) const { return (&places[v].place.x)[axis]; }
-  std::uint64_t key(VertexId v, int axis) const {
-    return std::uint64_t{static_cast<std::uint32_t>(code(v, axis))} << 32U | v;
-  }
-
   // The key that `left` of the vertices are below: counted by buckets first, so that few are left to compare.
-  std::uint64_t threshold(std::span<const VertexId> vertices, std::size_t left, int axis, std::int32_t low,
+  std::uint64_t threshold(std::span<const PlacedVertex> vertices, std::size_t left, int axis, std::int32_t low,
                           std::int32_t high) {
     const auto range = static_cast<std::uint32_t>(high - low);
     const int shift = std::max(0, static_cast<int>(std::bit_width(range)) - 6);
-    const auto bucket = [&](VertexId v) { return static_cast<std::uint32_t>(code(v, axis) - low) >> shift; };
+    const auto bucket = [&](const PlacedVertex& v) { return static_cast<std::uint32_t>(v.code(axis) - low) >> shift; };
     std::array<std::uint32_t, 64> counts{};
-    for (const VertexId v : vertices) ++counts[bucket(v)];
+    for (const PlacedVertex& v : vertices) ++counts[bucket(v)];
     std::uint32_t wanted = 0;
     std::size_t below = 0;
     while (below + counts[wanted] <= left) below += counts[wanted++];
-    keys.clear();
-    for (const VertexId v : vertices) {
-      if (bucket(v) == wanted) keys.push_back(key(v, axis));
+    keys.resize(vertices.size());
+    std::size_t in_doubt = 0;
+    for (const PlacedVertex& v : vertices) {
+      keys[in_doubt] = v.key(axis);
+      in_doubt += bucket(v) == wanted ? 1 : 0;
     }
     const auto nth = keys.begin() + static_cast<std::ptrdiff_t>(left - below);
-    std::nth_element(keys.begin(), nth, keys.end());
+    std::nth_element(keys.begin(), nth, keys.begin() + static_cast<std::ptrdiff_t>(in_doubt));
     return *nth;
   }
 
-  void cut(std::span<const VertexId> vertices, std::uint32_t parts) {  // recursion as deep as log2(parts)
+  // Of vertices that are ascending; `room` is for as many and one more. Recursion as deep as log2(parts).
+  void cut(std::span<const PlacedVertex> vertices, std::span<PlacedVertex> room, std::uint32_t parts) {
     if (parts <= 1 || vertices.empty()) {
-      groups.emplace_back(vertices.begin(), vertices.end());
+      std::vector<VertexId>& group = groups.emplace_back(vertices.size());
+      for (std::size_t i = 0; i < vertices.size(); ++i) group[i] = vertices[i].id;
       for (std::uint32_t i = 1; i < parts; ++i) groups.emplace_back();
       return;
     }
@@ -65,17 +71,18 @@ struct Partitioner {
     GridPoint high;
     const int axis = longest_axis(vertices, low, high);
     const std::uint64_t limit = threshold(vertices, left, axis, (&low.x)[axis], (&high.x)[axis]);
-    std::vector<VertexId> halves(vertices.size() + 1);
+    const std::span<PlacedVertex> halves = room.first(vertices.size() + 1);
     std::size_t first = 0;
     std::size_t second = left;
-    for (const VertexId v : vertices) {
-      const bool is_left = key(v, axis) < limit;
+    for (const PlacedVertex& v : vertices) {
+      const bool is_left = v.key(axis) < limit;
       halves[is_left ? first : second] = v;
       first += is_left ? 1 : 0;
       second += is_left ? 0 : 1;
     }
-    cut(std::span<const VertexId>(halves).first(left), left_parts);
-    cut(std::span<const VertexId>(halves).subspan(left, vertices.size() - left), parts - left_parts);
+    const std::span<PlacedVertex> further = room.subspan(halves.size());
+    cut(halves.first(left), further, left_parts);
+    cut(halves.subspan(left, vertices.size() - left), further, parts - left_parts);
   }
 };
 
@@ -86,7 +93,11 @@ std::vector<std::vector<VertexId>> partition_vertices(std::vector<VertexId> vert
   std::vector<std::vector<VertexId>> groups;
   groups.reserve(parts);
   if (!std::is_sorted(vertices.begin(), vertices.end())) std::sort(vertices.begin(), vertices.end());
-  Partitioner{places, unit, groups, {}}.cut(vertices, parts);
+  const auto levels = static_cast<std::size_t>(std::bit_width(parts));
+  std::vector<PlacedVertex> room((levels + 1) * (vertices.size() + 1));
+  for (std::size_t i = 0; i < vertices.size(); ++i) room[i] = {places[vertices[i]].place, vertices[i]};
+  const std::span<PlacedVertex> all = std::span(room).first(vertices.size());
+  Partitioner{unit, groups, {}}.cut(all, std::span(room).subspan(all.size()), parts);
   return groups;
 }
 

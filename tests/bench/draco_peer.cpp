@@ -24,16 +24,20 @@ GridMesh on_grid(const TriangleMesh& mesh, unsigned bits) {
   return result;
 }
 
+DracoResult draco_result(const DracoFile& file, const GridMesh& mesh) {
+  DracoResult result;
+  result.size_bytes = file.bytes.size();
+  result.encode_seconds = file.encode_seconds;
+  result.decode_seconds = file.decode_seconds;
+  result.decode_mtriangles_s = static_cast<double>(mesh.triangles.size()) / file.decode_seconds * 1e-6;
+  result.bits_per_vertex = 8.0 * static_cast<double>(result.size_bytes) / static_cast<double>(mesh.positions.size());
+  return result;
+}
+
 Result<DracoResult> measure_draco(const GridMesh& mesh, int level, int decode_repetitions) {
   const Result<DracoFile> file = make_draco_file(mesh, level, decode_repetitions);
   if (!file) return tl::unexpected(file.error());
-  DracoResult result;
-  result.size_bytes = file->bytes.size();
-  result.encode_seconds = file->encode_seconds;
-  result.decode_seconds = file->decode_seconds;
-  result.decode_mtriangles_s = static_cast<double>(mesh.triangles.size()) / file->decode_seconds * 1e-6;
-  result.bits_per_vertex = 8.0 * static_cast<double>(result.size_bytes) / static_cast<double>(mesh.positions.size());
-  return result;
+  return draco_result(*file, mesh);
 }
 
 }  // namespace fanstream::bench

@@ -24,6 +24,8 @@ struct DracoResult {
   double decode_mtriangles_s = 0.0;  // millions of triangles per second
 };
 
+// What is known of a file of this mesh.
+DracoResult draco_result(const DracoFile& file, const GridMesh& mesh);
 // Encodes and decodes as make_draco_file does, with its errors.
 Result<DracoResult> measure_draco(const GridMesh& mesh, int level, int decode_repetitions = 5);
 

@@ -40,11 +40,7 @@ struct RandomRing {
     }
   }
 
-  RingGeometry geometry(const glm::vec3& unit) const {
-    RingGeometry geometry;
-    geometry.assign(fans, 0, vertices, float4(unit));
-    return geometry;
-  }
+  RingGeometry geometry(const glm::vec3& unit) const { return {fans, 0, vertices, float4(unit)}; }
 
  private:
   // The position before one that is not the outside.

@@ -83,6 +83,24 @@ TEST(SplitModel, BuiltInStatisticsTakeFewBytes) {
   expect_equal(*read, SplitStatistics::built_in());
 }
 
+TEST(SplitModel, TablesThatWereNotWrittenAreTheBuiltInOnes) {
+  const SplitModel built_in;
+  for (const bool free_parents : {false, true}) {
+    SplitStatistics statistics = SplitStatistics::built_in();
+    if (free_parents) statistics.allow_free_parents();
+    for (std::uint8_t& share : statistics.symbols[7]) share = 3;
+    const auto bytes = written(statistics);
+    ByteReader in(bytes);
+    const Result<SplitStatistics> read = SplitStatistics::read(in);
+    ASSERT_TRUE(read) << read.error().message;
+    const SplitModel model(*read);
+    for (std::size_t t = 0; t < SymbolContexts::kTables; ++t) {
+      const bool own = t == 7 || (free_parents && t >= static_cast<std::size_t>(SymbolContexts::kParentFirst));
+      EXPECT_EQ(&model.table(t) != &built_in.table(t), own) << "table " << t;
+    }
+  }
+}
+
 TEST(SplitModel, EveryTruncationIsAnErrorThatNamesTheByte) {
   SeededRandom random(8);
   const auto bytes = written(random_statistics(random, 12));
