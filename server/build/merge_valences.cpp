@@ -6,7 +6,7 @@
 namespace fanstream {
 namespace {
 
-// Measured (COSTS.md, section 3).
+// Measured (COSTS.md, section 6).
 constexpr double kIrregularity = 0.05;
 constexpr double kCoarseVertices = 512.0;
 
