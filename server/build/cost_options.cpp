@@ -11,6 +11,7 @@ constexpr std::array<std::string_view, 3> kCosts{"fans", "quadric", "curvature"}
 constexpr std::array<std::string_view, 4> kPlacements{"ends+middle", "end", "segment", "optimal"};
 constexpr std::array<std::string_view, 3> kCurvatures{"mean", "gaussian", "principal"};
 constexpr std::array<std::string_view, 2> kQuadrics{"accumulated", "memoryless"};
+constexpr std::array<std::string_view, 2> kValences{"any", "regular"};
 
 template <class Kind, std::size_t count>
 Result<Kind> find(std::string_view what, std::string_view name, const std::array<std::string_view, count>& names) {
@@ -31,10 +32,18 @@ Result<CostKind> cost_of_name(std::string_view name) { return find<CostKind>("co
 Result<Placement> placement_of_name(std::string_view name) { return find<Placement>("placement", name, kPlacements); }
 Result<Curvature> curvature_of_name(std::string_view name) { return find<Curvature>("curvature", name, kCurvatures); }
 Result<Quadrics> quadrics_of_name(std::string_view name) { return find<Quadrics>("kind of quadrics", name, kQuadrics); }
+Result<Valences> valences_of_name(std::string_view name) {
+  return find<Valences>("order by valences", name, kValences);
+}
 std::string_view name_of(CostKind cost) { return kCosts[static_cast<std::size_t>(cost)]; }
 std::string_view name_of(Placement placement) { return kPlacements[static_cast<std::size_t>(placement)]; }
 std::string_view name_of(Curvature curvature) { return kCurvatures[static_cast<std::size_t>(curvature)]; }
 std::string_view name_of(Quadrics quadrics) { return kQuadrics[static_cast<std::size_t>(quadrics)]; }
+std::string_view name_of(Valences valences) { return kValences[static_cast<std::size_t>(valences)]; }
+
+Valences valences_of(const CostOptions& options) {
+  return options.valences.value_or(options.cost == CostKind::quadric ? Valences::regular : Valences::any);
+}
 
 Result<void> check_cost_options(const CostOptions& options) {
   const bool fans = options.cost == CostKind::fans;

@@ -15,6 +15,11 @@
 //   matrix and
 //                points homogeneous; where u A u^T = 0, that is where the cost is the same all along, the better end.
 //   optimal      where the cost is least of all; where that is not one point, or far away, as `segment`.
+//
+// Valences, of merges of like cost
+//   any          do not matter.
+//   regular      those go first that leave valences near 6 and, where few vertices are left, even: merge_valences.h.
+//
 // Every cost supports every placement. `segment` and `optimal` make free parents (ParentPosition::free), with which an
 // asset takes about half as many bytes again.
 #pragma once
@@ -35,6 +40,7 @@ enum class Curvature : std::uint8_t { mean, gaussian, principal };
 // every generation for the faces that are around it then (after Lindstrom and Turk 1998): what has been given up is
 // given up.
 enum class Quadrics : std::uint8_t { accumulated, memoryless };
+enum class Valences : std::uint8_t { any, regular };
 
 struct CostOptions {
   CostKind cost = CostKind::quadric;
@@ -45,6 +51,7 @@ struct CostOptions {
   std::optional<std::uint32_t>
       samples{};           // of fans: points besides the vertices, by area; default: 0, at most kMostSamples
   std::uint64_t seed = 1;  // of the samples
+  std::optional<Valences> valences{};  // default: regular for quadric; any for the others, whose sources have none
 
   static constexpr Quadrics kUsualQuadrics = Quadrics::memoryless;
   static constexpr double kUsualKappa = 1e-3;
@@ -57,10 +64,15 @@ Result<CostKind> cost_of_name(std::string_view name);
 Result<Placement> placement_of_name(std::string_view name);
 Result<Curvature> curvature_of_name(std::string_view name);
 Result<Quadrics> quadrics_of_name(std::string_view name);
+Result<Valences> valences_of_name(std::string_view name);
 std::string_view name_of(CostKind cost);
 std::string_view name_of(Placement placement);
 std::string_view name_of(Curvature curvature);
 std::string_view name_of(Quadrics quadrics);
+std::string_view name_of(Valences valences);
+
+// Those chosen, or the default.
+Valences valences_of(const CostOptions& options);
 
 // Fails (usage) where an option belongs to another cost, or is out of range; says which, and what to do.
 Result<void> check_cost_options(const CostOptions& options);

@@ -7,6 +7,7 @@
 
 #include "common/refine/cell_coder.h"
 #include "server/build/merge_queue.h"
+#include "server/build/merge_valences.h"
 #include "server/build/merged_ring.h"
 #include "server/build/prefetch.h"
 
@@ -20,6 +21,7 @@ class Simplifier {
         places_(mesh.positions),
         rings_(RingMesh::from_triangles(mesh.positions.size(), mesh.triangles)),
         cost_(make_merge_cost({mesh, rings_, places_}, options.cost, options.evenness)),
+        by_valences_(valences_of(options.cost) == Valences::regular),
         marks_(mesh.positions.size()),
         patch_splits_(mesh.positions.size(), 0),
         alive_(static_cast<std::uint32_t>(mesh.positions.size())) {
@@ -72,6 +74,8 @@ class Simplifier {
   static constexpr std::uint8_t kMostSplitsOfPatch = 64;
   // Where it has not come to an end with that many generations, merging goes on without a limit on cost.
   static constexpr std::size_t kThriftyGenerations = kMostGenerations - 16;
+  // Of costs that are computed twice.
+  static constexpr double kRounding = 1e-9;
   static constexpr VertexId kSeveralRoots = kOutside - 1;
   // Added to the change count of a vertex that is gone: no sum with another's gives a stamp.
   static constexpr std::uint32_t kGone = 1U << 30U;
@@ -169,14 +173,26 @@ class Simplifier {
            (parent == ParentPosition::added || ring_.removed_may_move(places_[removed], target, least));
   }
 
-  // Whether the merge has to wait: behind those that take fewer bits to code.
-  bool put_back(const MergeCandidate& edge, const Merge& merge) {
+  // Whether the merge, of that cost by itself, has to wait: behind those that take fewer bits to code, or leave better
+  // valences.
+  bool put_back(const MergeCandidate& edge, double own_cost, const Merge& merge) {
     MergeCandidate again = edge;
-    again.cost *= coding_penalty(merge);
+    again.cost = own_cost * coding_penalty(merge);
+    if (by_valences_) {
+      const MergeValences valences = valences_after(ring_, rings_, merge.root, merge.removed);
+      again.cost = cost_with_valences(own_cost, again.cost, queue_.limit(), valences, parity_share(alive_));
+    }
     again.weighed = true;
-    if (again.cost <= edge.cost) return false;
+    if (again.cost <= edge.cost * (1.0 + kRounding)) return false;
     queue_.put_back(again);
     return true;
+  }
+
+  // Where parity counts, which wings that have changed may have turned.
+  bool put_back_again(const MergeCandidate& edge, const Merge& merge) {
+    constexpr double kLeastShare = 0.1;
+    if (everything_ || !by_valences_ || parity_share(alive_) < kLeastShare) return false;
+    return put_back(edge, cost_->propose(edge.a, edge.b).cost, merge);
   }
 
   void try_merge(const MergeCandidate& best, MergeHistory& history) {
@@ -187,9 +203,10 @@ class Simplifier {
       ring_.assign(rings_, merge.root, merge.removed);
       if (!ring_.is_mergeable(rings_)) return;
       ring_.assign_places(places_);
+      if (put_back_again(best, merge)) return;
     } else {
       if (!shape_allows(merge)) return;
-      if (!everything_ && put_back(best, merge)) return;
+      if (!everything_ && put_back(best, best.cost, merge)) return;
     }
     fetch_surroundings(merge);
     record(merge, best.cost, history);
@@ -242,6 +259,7 @@ class Simplifier {
   std::vector<glm::dvec3> places_;
   RingMesh rings_;
   std::unique_ptr<MergeCost> cost_;
+  bool by_valences_;
   std::vector<Marks> marks_;
   std::vector<std::uint8_t> patch_splits_;  // how many vertices a root has absorbed in this generation
   MergeQueue queue_;

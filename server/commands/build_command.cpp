@@ -22,7 +22,7 @@ struct BuildArguments {
   std::string output;
   std::optional<int> position_bits;
   std::optional<std::uint32_t> base_vertices;
-  std::string cost, placement, curvature, quadrics;  // names; empty: the default
+  std::string cost, placement, curvature, quadrics, valences;  // names; empty: the default
   CostOptions cost_options;
   bool json = false;
 };
@@ -41,6 +41,7 @@ Result<void> choose_cost(BuildArguments& arguments) {
   if (Result<void> found = choose(arguments.placement, placement_of_name, options.placement); !found) return found;
   if (Result<void> found = choose(arguments.curvature, curvature_of_name, options.curvature); !found) return found;
   if (Result<void> found = choose(arguments.quadrics, quadrics_of_name, options.quadrics); !found) return found;
+  if (Result<void> found = choose(arguments.valences, valences_of_name, options.valences); !found) return found;
   return check_cost_options(options);
 }
 
@@ -182,6 +183,10 @@ Command add_build_command(CLI::App& app) {
   build->add_option("--quadrics", arguments->quadrics,
                     "Of costs quadric and curvature: memoryless (default) or accumulated");
   build->add_option("--curvature", arguments->curvature, "Of cost curvature: mean (default), gaussian or principal");
+  build->add_option(
+      "--valences", arguments->valences,
+      "What goes first of merges of like cost: regular (those that leave regular valences; default of cost "
+      "quadric) or any");
   build->add_option("--kappa", arguments->cost_options.kappa,
                     fmt::format("Of cost fans: stiffness of the springs ({})", CostOptions::kUsualKappa));
   build->add_option("--samples", arguments->cost_options.samples,

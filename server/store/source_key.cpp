@@ -14,7 +14,7 @@ namespace fanstream {
 namespace {
 
 // Raise it when import, clean-up or the builder make something else of the same file.
-constexpr std::uint32_t kBuilderRevision = 5;
+constexpr std::uint32_t kBuilderRevision = 6;
 
 class Hasher {
  public:
@@ -86,6 +86,7 @@ void add_options(const BuildOptions& options, Hasher& hasher) {
   hasher.add_number(static_cast<double>(cost.cost));
   hasher.add_number(static_cast<double>(cost.placement));
   hasher.add_number(cost.quadrics ? static_cast<double>(*cost.quadrics) : -1.0);
+  hasher.add_number(static_cast<double>(valences_of(cost)));
   hasher.add_number(cost.curvature ? static_cast<double>(*cost.curvature) : -1.0);
   hasher.add_number(cost.kappa.value_or(-1.0));
   hasher.add_number(cost.samples.value_or(0));

@@ -169,6 +169,7 @@ std::string text_of(const CostOptions& cost) {
   std::string text(name_of(cost.cost));
   if (cost.curvature) text += fmt::format(" {}", name_of(*cost.curvature));
   if (cost.quadrics) text += fmt::format(" {}", name_of(*cost.quadrics));
+  if (cost.valences) text += fmt::format(", {} valences", name_of(*cost.valences));
   if (cost.kappa) text += fmt::format(" kappa {:g}", *cost.kappa);
   if (cost.samples) text += fmt::format(" samples {}", *cost.samples);
   return fmt::format("{}, {}", text, name_of(cost.placement));
@@ -183,6 +184,7 @@ std::vector<CostOptions> all_costs() {
     }
   };
   add({.cost = CostKind::quadric});
+  all.push_back({.cost = CostKind::quadric, .valences = Valences::any});
   add({.cost = CostKind::quadric, .quadrics = Quadrics::accumulated});
   for (const Curvature curvature : {Curvature::mean, Curvature::gaussian, Curvature::principal}) {
     add({.cost = CostKind::curvature, .curvature = curvature});

@@ -14,6 +14,8 @@ std::vector<CostOptions> every_cost() {
   for (const Placement place : {Placement::ends_middle, Placement::end, Placement::segment, Placement::optimal}) {
     all.push_back({.cost = CostKind::fans, .placement = place});
     all.push_back({.cost = CostKind::fans, .placement = place, .kappa = 0.0, .samples = 300});
+    all.push_back({.cost = CostKind::fans, .placement = place, .valences = Valences::regular});
+    all.push_back({.cost = CostKind::quadric, .placement = place, .valences = Valences::any});
     for (const Quadrics quadrics : {Quadrics::accumulated, Quadrics::memoryless}) {
       all.push_back({.cost = CostKind::quadric, .placement = place, .quadrics = quadrics});
       for (const Curvature curvature : {Curvature::mean, Curvature::gaussian, Curvature::principal}) {
@@ -31,6 +33,7 @@ std::string text_of(const CostOptions& options) {
   if (options.quadrics) add(name_of(*options.quadrics));
   if (options.curvature) add(name_of(*options.curvature));
   if (options.samples) add("with samples");
+  if (options.valences) add(*options.valences == Valences::regular ? "regular valences" : "any valences");
   return text;
 }
 

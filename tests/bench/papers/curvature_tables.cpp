@@ -46,7 +46,8 @@ struct Way {
 };
 
 std::vector<Way> ways(Quadrics quadrics) {
-  std::vector<Way> all{{"quadric", {.cost = CostKind::quadric, .quadrics = quadrics}}};
+  std::vector<Way> all{
+      {"quadric", {.cost = CostKind::quadric, .quadrics = quadrics, .valences = Valences::any}}};  // as the others
   for (const Curvature curvature : {Curvature::mean, Curvature::gaussian, Curvature::principal}) {
     all.push_back(
         {std::string(name_of(curvature)), {.cost = CostKind::curvature, .quadrics = quadrics, .curvature = curvature}});

@@ -23,6 +23,7 @@ TEST(CostOptions, EveryNameIsKnownByItself) {
   for (const Quadrics q : {Quadrics::accumulated, Quadrics::memoryless}) {
     EXPECT_EQ(quadrics_of_name(name_of(q)).value(), q);
   }
+  for (const Valences v : {Valences::any, Valences::regular}) EXPECT_EQ(valences_of_name(name_of(v)).value(), v);
 }
 
 TEST(CostOptions, AnUnknownNameIsRefusedWithThoseThatAreKnown) {
@@ -36,8 +37,17 @@ TEST(CostOptions, AnUnknownNameIsRefusedWithThoseThatAreKnown) {
   refused(placement_of_name("qem"), "ends+middle, end, segment and optimal");
   refused(curvature_of_name("qem"), "mean, gaussian and principal");
   refused(quadrics_of_name("qem"), "accumulated and memoryless");
+  refused(valences_of_name("qem"), "any and regular");
   EXPECT_FALSE(cost_of_name(""));
   EXPECT_FALSE(cost_of_name("Quadric"));
+}
+
+TEST(CostOptions, OnlyTheQuadricLooksAtValencesUnlessTold) {
+  EXPECT_EQ(valences_of({}), Valences::regular);
+  EXPECT_EQ(valences_of({.cost = CostKind::fans}), Valences::any);
+  EXPECT_EQ(valences_of({.cost = CostKind::curvature}), Valences::any);
+  EXPECT_EQ(valences_of({.valences = Valences::any}), Valences::any);
+  EXPECT_EQ(valences_of({.cost = CostKind::fans, .valences = Valences::regular}), Valences::regular);
 }
 
 TEST(CostOptions, WhatBelongsToAnotherCostIsRefused) {
