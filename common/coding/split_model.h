@@ -23,8 +23,8 @@ enum class Opening : std::uint8_t { closed = 0, wing = 1, taken = 2, left = 3 };
 // Whose next split is told: a vertex's of FM0, the root's of a split, or the vertex's that the split added.
 enum class NextSplitOf : std::uint8_t { root = 0, added = 1, base = 2 };
 
-// What is known where a symbol is coded: its context, clamped into range. Contexts that behave alike, in generations of a
-// phase, share one of fewer tables: a decoder's nearest memory holds those in use.
+// What is known where a symbol is coded: its context, clamped into range. Contexts that behave alike, in generations of
+// a phase, share one of fewer tables: a decoder's nearest memory holds those in use.
 struct SymbolContexts {
   static constexpr int kRingClasses = 13;  // ring sizes 3..14, then more
   static constexpr int kValences = 12;     // up to 3, 4..13, then more
@@ -151,8 +151,8 @@ FrequencyTable table_of(std::span<const std::uint8_t> coded_shares);
 struct PhaseModel {
   std::array<const FrequencyTable*, SymbolContexts::kContexts> tables{};
   std::array<std::array<float, PredictionContexts::kFeatures>, PredictionContexts::kClasses> weights{};
-  std::array<float, PredictionContexts::kClasses> scales{};     // of variances
-  std::array<float, SpreadContexts::kSpreads> variances{};      // squared spreads in grid steps
+  std::array<float, PredictionContexts::kClasses> scales{};  // of variances
+  std::array<float, SpreadContexts::kSpreads> variances{};   // squared spreads in grid steps
   bool has_free_parents = false;
   std::array<float, PredictionContexts::kFeatures> shift_weights{};
   std::array<float, 3> shift_variances{};  // shares

@@ -45,11 +45,12 @@ struct LeastSquares {
   }
 };
 
-// A spread stands for this part of it as the mean distance; a little less than a logistic distribution's, whose tails are
-// too short.
+// A spread stands for this part of it as the mean distance; a little less than a logistic distribution's, whose tails
+// are too short.
 constexpr double kMeanDistance = 1.0 / 1.372;
 
-// Bits that a distance takes, in terms of the mean one: of an exponential distribution, which is good enough to compare.
+// Bits that a distance takes, in terms of the mean one: of an exponential distribution, which is good enough to
+// compare.
 double distance_bits(double distance) { return 1.44269504088896341 * distance / kMeanDistance; }
 
 // Finds by how many 8ths of an octave a spread should be wider, from distances in terms of what it is.
