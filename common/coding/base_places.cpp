@@ -9,7 +9,7 @@
 namespace fanstream {
 namespace {
 
-constexpr int kShareBits = 5;
+constexpr int kShareBits = 6;
 
 // A table of exact or not, then each vertex, exact ones with their low bits.
 template <class Coder>

@@ -19,7 +19,7 @@ namespace fanstream {
 
 // Codes the generation of a vertex's next split, or kNeverSplit. `valence`: the size of its ring, kOutside included.
 template <class Bits = PlainBits, class Coder>
-[[gnu::always_inline]] inline std::uint8_t code_next_split(Coder& coder, const SplitModel& model, NextSplitOf whose,
+[[gnu::always_inline]] inline std::uint8_t code_next_split(Coder& coder, const PhaseModel& model, NextSplitOf whose,
                                                            std::uint32_t valence, const FreeGenerations& free,
                                                            std::uint8_t generation) {
   const std::uint32_t count = free.count<Bits>();
@@ -44,12 +44,13 @@ template <class Bits = PlainBits, class Coder>
 template <class Coder, class Fans>
 void code_base_splits(Coder& coder, const SplitModel& model, const Fans& fans, std::uint32_t last_generation,
                       std::span<std::uint8_t> next) {
+  const PhaseModel& phase = model.phase(CodingPhase::kFirst);
   for (VertexId v = 0; v < next.size(); ++v) {
     FreeGenerations free(1, last_generation);
     fans.for_each_neighbour(v, [&](VertexId w) {
       if (w < v) free.exclude(next[w]);
     });
-    next[v] = code_next_split(coder, model, NextSplitOf::base, fans.ring_size(v), free, next[v]);
+    next[v] = code_next_split(coder, phase, NextSplitOf::base, fans.ring_size(v), free, next[v]);
   }
 }
 

@@ -32,7 +32,7 @@ FrequencyTable make_table(double spread, double mean) {
     inside += share;
   }
   // Real errors have longer tails than any one distribution fitted to their middle.
-  weights[31] = 1.0 - inside + 0.0005;
+  weights[31] = 1.0 - inside + 0.0001;
   return FrequencyTable::from_weights(weights);
 }
 

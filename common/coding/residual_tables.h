@@ -100,7 +100,7 @@ template <class Coder>
   const auto mirrored = [mirror = choice.mirror](auto x) { return (x ^ mirror) - mirror; };
   const FrequencyTable& table = tables_[choice.table];
   const int raw_bits = choice.raw_bits;
-  const std::int32_t half = (1 << raw_bits) >> 1;
+  const std::int32_t half = (((1 << raw_bits) >> 1) - 1) & -static_cast<std::int32_t>(raw_bits != 0);
   std::int32_t high = 0;
   unsigned low = 0;
   if constexpr (!Coder::kDecodes) {

@@ -24,7 +24,7 @@ struct RingKernels {
   // generations both vertices may be split next;
   void (*cut)(std::span<SplitInProgress> splits, const CodingTime& time);
   // where the hidden centre is expected. Up to AxisChains::kMost splits.
-  void (*predict)(std::span<SplitInProgress> splits, const SplitModel& model, const AxisUnits& units,
+  void (*predict)(std::span<SplitInProgress> splits, const PhaseModel& model, const AxisUnits& units,
                   AxisChains& chains);
 
   // Of up to AxisChains::kMost predictions, of which there is at least one:
@@ -36,7 +36,7 @@ struct RingKernels {
   void (*learn)(AxisChains& chains, std::size_t place, std::span<const std::int32_t> values);
 
   // All of code_splits, for a decoder.
-  void (*decode)(RansDecoder& decoder, const SplitModel& model, const AxisUnits& units, const CodingTime& time,
+  void (*decode)(RansDecoder& decoder, const PhaseModel& model, const AxisUnits& units, const CodingTime& time,
                  std::span<SplitInProgress> splits);
 
   // Of one ring.

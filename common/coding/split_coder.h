@@ -32,13 +32,13 @@ inline void describe_arc(SplitInProgress& s) {
   if (s.opening == Opening::taken || s.opening == Opening::left) s.rank = s.ring.steps(s.ring.gap(), s.split.first);
 }
 
-inline const FrequencyTable& table_at(const SplitModel& model, int index) {
+inline const FrequencyTable& table_at(const PhaseModel& model, int index) {
   return model.table(static_cast<std::size_t>(index));
 }
 
 // How long the arc is.
 template <class Coder>
-[[gnu::always_inline]] inline void code_length(Coder& coder, const SplitModel& model, SplitInProgress& s) {
+[[gnu::always_inline]] inline void code_length(Coder& coder, const PhaseModel& model, SplitInProgress& s) {
   const std::uint32_t size = s.ring.size();
   if (s.ring.is_open()) [[unlikely]] {
     s.opening =
@@ -50,7 +50,7 @@ template <class Coder>
 
 // And which of that length it is.
 template <class Coder>
-[[gnu::always_inline]] inline void code_rank(Coder& coder, const SplitModel& model, SplitInProgress& s) {
+[[gnu::always_inline]] inline void code_rank(Coder& coder, const PhaseModel& model, SplitInProgress& s) {
   const std::uint32_t size = s.ring.size();
   if (s.opening == Opening::wing) [[unlikely]] {
     s.rank = coder.bits(1, s.rank);
@@ -62,7 +62,7 @@ template <class Coder>
 // When both vertices are split next, and where the parents lay. One kind of symbol after the other: none then waits for
 // what only follows from the one before it.
 template <class Bits, class Coder>
-[[gnu::always_inline]] inline void code_next_and_parents(Coder& coder, const SplitModel& model,
+[[gnu::always_inline]] inline void code_next_and_parents(Coder& coder, const PhaseModel& model,
                                                          std::span<SplitInProgress> splits, const CodingTime& time) {
   for (SplitInProgress& s : splits) {
     const std::uint32_t valence = s.ring.size() - s.length + 2;
@@ -98,7 +98,7 @@ template <class Coder, class Stages>
 
 // The displacements; where the kept centre is hidden, the vector to it is coded.
 template <class Coder, class Stages>
-[[gnu::always_inline]] inline void code_displacements(Coder& coder, const SplitModel& model, const Stages& stages,
+[[gnu::always_inline]] inline void code_displacements(Coder& coder, const PhaseModel& model, const Stages& stages,
                                                       AxisChains& chains, std::span<SplitInProgress> splits) {
   std::array<GridPoint, AxisChains::kMost> vectors;
   const auto sign = [](const SplitInProgress& s) { return s.split.parent == ParentPosition::added ? -1 : 1; };
@@ -111,7 +111,7 @@ template <class Coder, class Stages>
 
 // Where a free parent lay, once the displacement is known.
 template <class Coder, class Stages>
-[[gnu::noinline]] void code_shift(Coder& coder, const SplitModel& model, const AxisUnits& units, const Stages& stages,
+[[gnu::noinline]] void code_shift(Coder& coder, const PhaseModel& model, const AxisUnits& units, const Stages& stages,
                                   SplitInProgress& s) {
   const RingFeatures features = stages.features(s.ring, s.split);
   const Float4 displacement = float4(glm::vec3(s.split.displacement)) * units.size;
@@ -123,7 +123,7 @@ template <class Coder, class Stages>
 
 // All of it. Stages are RingKernels, or what they are made of.
 template <class Coder, class Stages>
-[[gnu::always_inline]] inline void code_by_stages(Coder& coder, const SplitModel& model, const AxisUnits& units,
+[[gnu::always_inline]] inline void code_by_stages(Coder& coder, const PhaseModel& model, const AxisUnits& units,
                                                   const CodingTime& time, std::span<SplitInProgress> splits,
                                                   const Stages& stages) {
   for (SplitInProgress& s : splits) {
@@ -159,10 +159,11 @@ template <class Coder, class Stages>
 template <class Coder>
 void code_splits(Coder& coder, const SplitModel& model, const AxisUnits& units, const CodingTime& time,
                  std::span<SplitInProgress> splits, const RingKernels& kernels = RingKernels::best()) {
+  const PhaseModel& phase = model.at(time.generation, time.last);
   if constexpr (std::is_same_v<Coder, RansDecoder>) {
-    kernels.decode(coder, model, units, time, splits);
+    kernels.decode(coder, phase, units, time, splits);
   } else {
-    detail::code_by_stages(coder, model, units, time, splits, kernels);
+    detail::code_by_stages(coder, phase, units, time, splits, kernels);
   }
 }
 

@@ -38,7 +38,7 @@ struct Prediction {
   alignas(16) std::array<float, 4> variances;  // along, across, and off the plane
 };
 
-inline Prediction predict(const SplitModel& model, const RingGeometry& ring, const RingFeatures& features) {
+inline Prediction predict(const PhaseModel& model, const RingGeometry& ring, const RingFeatures& features) {
   const auto context =
       static_cast<std::size_t>(PredictionContexts::index(features.middle, ring.is_open(), features.arc));
   const auto& weights = model.weights[context];
@@ -48,7 +48,7 @@ inline Prediction predict(const SplitModel& model, const RingGeometry& ring, con
   result.direction = result.mean;
   result.normal = ring.normal();
   const auto size = static_cast<std::size_t>(SpreadContexts::size_class(ring.mean_square()));
-  const float scale = model.scales[features.middle ? 1 : 0];
+  const float scale = model.scales[context];
   const auto off_plane = static_cast<std::size_t>(SpreadContexts::normal(ring.bend_square(), ring.mean_square()));
   result.variances = {scale * model.variances[SpreadContexts::kAlong + size],
                       scale * model.variances[SpreadContexts::kAcross + size], scale * model.variances[off_plane]};
@@ -56,7 +56,7 @@ inline Prediction predict(const SplitModel& model, const RingGeometry& ring, con
 }
 
 // Of the shift of a free parent, once the displacement (in grid steps) is known.
-inline Prediction predict_shift(const SplitModel& model, const RingGeometry& ring, const RingFeatures& features,
+inline Prediction predict_shift(const PhaseModel& model, const RingGeometry& ring, const RingFeatures& features,
                                 Float4 displacement) {
   const auto& weights = model.shift_weights;
   Prediction result;

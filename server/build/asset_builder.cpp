@@ -53,7 +53,7 @@ class Builder {
     const CodedHistory coded(history, coded_places_, head_.grid, head_.precision);
     plan(history);
     if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
-    return observe(coded);
+    return observe(coded, SplitModel::untied());
   }
 
   MergeHistory history() {
@@ -148,15 +148,15 @@ class Builder {
   Result<void> train(const CodedHistory& coded) {
     report("learn statistics", 0.0);
     if (coded.has_free_parents()) head_.statistics.allow_free_parents();
-    Result<SplitSample> sample = observe(coded);
+    Result<SplitSample> sample = observe(coded, SplitModel(head_.statistics));
     if (!sample) return tl::unexpected(sample.error());
     learn_symbols(sample->counts, head_.statistics);
     sample->geometry.learn(head_.statistics);
     return {};
   }
 
-  Result<SplitSample> observe(const CodedHistory& coded) const {
-    const SplitModel model(head_.statistics);
+  // Counts by the model's tables.
+  Result<SplitSample> observe(const CodedHistory& coded, const SplitModel& model) const {
     CountingCoder counter(model);
     SplitSample sample{{}, GeometryTraining(coded.history.merges.size())};
     CellGrower grower(head_, coded, base_numbers_, granularity_.cell_vertices);
@@ -168,8 +168,10 @@ class Builder {
         model, [&](std::uint32_t) -> CountingCoder& { return counter; },
         [&](const RingGeometry& ring, const FanSplit& split, const MergeRecord& merge) {
           const auto number = static_cast<std::uint32_t>(&merge - coded.history.merges.data());
-          const PlaceLattice& lattice = coded.precision.lattice(coded.generation_of(number));
-          sample.geometry.observe(ring, split, head_.grid.unit() * lattice.cell_size());
+          const std::uint32_t generation = coded.generation_of(number);
+          const PlaceLattice& lattice = coded.precision.lattice(generation);
+          sample.geometry.observe(ring, split, head_.grid.unit() * lattice.cell_size(),
+                                  CodingPhase::of(generation, head_.generation_count()));
         },
         [](std::uint32_t, std::uint32_t) {});
     if (!replayed) return tl::unexpected(replayed.error());

@@ -45,27 +45,102 @@ struct LeastSquares {
   }
 };
 
-// The spread of a logistic distribution from its mean absolute value, as 8ths of a binary logarithm.
-std::int8_t coded_spread(double mean_absolute) {
-  const double spread = std::max(1.3085 * mean_absolute, 0.05);
-  return static_cast<std::int8_t>(std::clamp(std::lround(8.0 * std::log2(spread)), -32L, 120L));
+// A spread stands for this part of it as the mean distance; a little less than a logistic distribution's, whose tails
+// are too short.
+constexpr double kMeanDistance = 1.0 / 1.372;
+
+// Bits that a distance takes, in terms of the mean one: of an exponential distribution, which is good enough to
+// compare.
+double distance_bits(double distance) { return 1.44269504088896341 * distance / kMeanDistance; }
+
+// Finds by how many 8ths of an octave a spread should be wider, from distances in terms of what it is.
+class SpreadFit {
+ public:
+  void add(double distance) {
+    sum_ += distance;
+    count_ += 1.0;
+  }
+  double count() const { return count_; }
+  int wider() const {
+    const double factor = sum_ / count_ / kMeanDistance;
+    return static_cast<int>(std::clamp(std::lround(8.0 * std::log2(std::max(factor, 1e-6))), -40L, 40L));
+  }
+  double saved_bits() const {
+    return distance_bits(sum_) - distance_bits(sum_ * std::exp2(-wider() / 8.0)) - count_ * wider() / 8.0;
+  }
+
+ private:
+  double sum_ = 0.0;
+  double count_ = 0.0;
+};
+
+// What a number takes in an asset that differs from the built-in one.
+double number_bits(int difference) { return 2.2 + 0.6 * std::abs(difference); }
+constexpr double kGroupBits = 2.8;  // and a group of such
+
+double spread_of(int eighths) { return std::exp2(eighths / 8.0); }
+
+void replace(std::int8_t& eighths, const SpreadFit& fit, bool at_a_price, std::size_t stride) {
+  if (fit.count() < kLeastSamples) return;
+  const double price = at_a_price ? kGroupBits + number_bits(fit.wider()) : 0.0;
+  if (static_cast<double>(stride) * fit.saved_bits() <= price) return;
+  eighths = static_cast<std::int8_t>(std::clamp(eighths + fit.wider(), -48, 120));
 }
 
 }  // namespace
 
-void GeometryTraining::observe(const RingGeometry& ring, const FanSplit& split, const glm::vec3& unit) {
+CountingCoder::Counts tied_counts(const CountingCoder::Counts& untied) {
+  CountingCoder::Counts counts(SymbolContexts::kTables);
+  for (std::size_t i = 0; i < untied.size(); ++i) {
+    const auto phase = static_cast<int>(i) / SymbolContexts::kContexts;
+    const auto context = static_cast<int>(i) % SymbolContexts::kContexts;
+    auto& table = counts[static_cast<std::size_t>(SymbolContexts::table_of(phase, context))];
+    for (std::size_t s = 0; s < table.size(); ++s) table[s] += untied[i][s];
+  }
+  return counts;
+}
+
+void GeometryTraining::observe(const RingGeometry& ring, const FanSplit& split, const glm::vec3& unit, int phase) {
   if (seen_++ % stride_ != 0) return;
   const float sign = split.parent == ParentPosition::added ? -1.0F : 1.0F;
   samples_.push_back({ring_features(ring, split), float4(sign * glm::vec3(split.displacement) * unit), ring.normal(),
-                      ring.mean_square(), ring.bend_square(), ring.is_open()});
+                      ring.mean_square(), ring.bend_square(), ring.is_open(), static_cast<std::uint8_t>(phase)});
   if (split.parent != ParentPosition::free) return;
   shifts_.push_back({samples_.back(), float4(glm::vec3(split.shift) * unit)});
 }
 
-void GeometryTraining::learn(SplitStatistics& statistics) const {
-  learn_weights(statistics);
-  learn_spreads(statistics);
+void GeometryTraining::add(const GeometryTraining& other, std::size_t most_samples) {
+  const std::size_t stride = 1 + other.samples_.size() / most_samples;
+  for (std::size_t i = 0; i < other.samples_.size(); i += stride) samples_.push_back(other.samples_[i]);
+  for (std::size_t i = 0; i < other.shifts_.size(); i += stride) shifts_.push_back(other.shifts_[i]);
+}
+
+void GeometryTraining::learn(SplitStatistics& statistics, bool at_a_price) const {
+  learn_weights(statistics, at_a_price);
+  learn_spreads(statistics, at_a_price);
+  learn_scales(statistics, at_a_price);
   if (statistics.has_free_parents) learn_shifts(statistics.free_parent);
+}
+
+void GeometryTraining::learn_built_in(SplitStatistics& statistics) const {
+  for (int round = 0; round < 4; ++round) learn(statistics, false);
+}
+
+GeometryTraining::Off GeometryTraining::off(const Sample& s, const Weights& weights) {
+  Float4 mean{};
+  for (std::size_t f = 0; f < weights.size(); ++f) {
+    mean += float4(static_cast<float>(weights[f]) / 64.0F) * s.features.features[f];
+  }
+  Float4 along = mean - float4(dot3(mean, s.normal)) * s.normal;
+  const float length = std::sqrt(dot3(along, along));
+  if (length > 0.0F) along /= float4(length);
+  const Float4 error = s.target - mean;
+  const int size = SpreadContexts::size_class(s.mean_square);
+  const Float4 across = rotate_axes(cross_rotated(s.normal, along));
+  return {{std::fabs(dot3(error, along)), std::fabs(dot3(error, across)), std::fabs(dot3(error, s.normal))},
+          {SpreadContexts::kAlong + size, SpreadContexts::kAcross + size,
+           SpreadContexts::normal(s.bend_square, s.mean_square)},
+          length > 0.0F ? std::size_t{0} : std::size_t{2}};
 }
 
 void GeometryTraining::learn_shifts(FreeParentStatistics& statistics) const {
@@ -100,91 +175,132 @@ void GeometryTraining::learn_shifts(FreeParentStatistics& statistics) const {
   }
 }
 
-void GeometryTraining::learn_weights(SplitStatistics& statistics) const {
-  std::vector<LeastSquares> classes(PredictionContexts::kClasses);
-  for (const Sample& s : samples_) {
-    const int index = PredictionContexts::index(s.features.middle, s.open, s.features.arc);
-    const double size = static_cast<double>(s.mean_square) + 1e-6;
-    classes[static_cast<std::size_t>(index)].add(s.features, s.target, 1.0 / size);
-  }
+void GeometryTraining::learn_weights(SplitStatistics& statistics, bool at_a_price) const {
+  std::vector<std::vector<const Sample*>> classes(SplitStatistics::kClasses);
+  for (const Sample& s : samples_) classes[s.prediction()].push_back(&s);
   for (std::size_t c = 0; c < classes.size(); ++c) {
-    if (classes[c].count < 4.0 * kLeastSamples) continue;
-    const auto solution = classes[c].solve(statistics.weights[c]);
-    for (std::size_t f = 0; f < kFeatures; ++f) {
-      statistics.weights[c][f] = static_cast<std::int8_t>(std::clamp(std::lround(64.0 * solution[f]), -127L, 127L));
+    if (static_cast<double>(classes[c].size()) < 2.0 * kLeastSamples) continue;
+    const Weights before = statistics.weights[c];
+    LeastSquares squares;
+    for (const Sample* s : classes[c]) {
+      squares.add(s->features, s->target, 1.0 / (static_cast<double>(s->mean_square) + 1e-6));
     }
+    const auto solution = squares.solve(before);
+    Weights after;
+    double price = kGroupBits;
+    for (std::size_t f = 0; f < after.size(); ++f) {
+      after[f] = static_cast<std::int8_t>(std::clamp(std::lround(64.0 * solution[f]), -127L, 127L));
+      price += number_bits(after[f] - before[f]);
+    }
+    const auto bits = [&](const Sample& s, const Weights& weights) {
+      const Off o = off(s, weights);
+      double sum = 0.0;
+      for (std::size_t i = o.first; i < 3; ++i) {
+        const int eighths = statistics.spreads[static_cast<std::size_t>(o.spreads[i])] + statistics.scales[c];
+        sum += distance_bits(o.amounts[i] / spread_of(eighths));
+      }
+      return sum;
+    };
+    double saved = 0.0;
+    for (const Sample* s : classes[c]) saved += bits(*s, before) - bits(*s, after);
+    if (static_cast<double>(stride_) * saved > (at_a_price ? price : 0.0)) statistics.weights[c] = after;
   }
 }
 
-void GeometryTraining::learn_spreads(SplitStatistics& statistics) const {
-  struct Mean {
-    double sum = 0.0;
-    double count = 0.0;
-  };
-  std::array<Mean, SpreadContexts::kSpreads> means{};
-  Mean middle_ratio;
+void GeometryTraining::learn_spreads(SplitStatistics& statistics, bool at_a_price) const {
+  std::vector<SpreadFit> fits(SpreadContexts::kSpreads);
   for (const Sample& s : samples_) {
-    Float4 mean{};
-    const int context = PredictionContexts::index(s.features.middle, s.open, s.features.arc);
-    const auto& weights = statistics.weights[static_cast<std::size_t>(context)];
-    for (std::size_t f = 0; f < kFeatures; ++f) {
-      mean += float4(static_cast<float>(weights[f]) / 64.0F) * s.features.features[f];
+    const std::size_t c = s.prediction();
+    const Off o = off(s, statistics.weights[c]);
+    for (std::size_t i = o.first; i < 3; ++i) {
+      const auto spread = static_cast<std::size_t>(o.spreads[i]);
+      fits[spread].add(o.amounts[i] / spread_of(statistics.spreads[spread] + statistics.scales[c]));
     }
-    Float4 along = mean - float4(dot3(mean, s.normal)) * s.normal;
-    const float length = std::sqrt(dot3(along, along));
-    if (length > 0.0F) along /= float4(length);
-    const Float4 error = s.target - mean;
-    const int size = SpreadContexts::size_class(s.mean_square);
-    const double tangential = std::fabs(dot3(error, along));
-    if (s.features.middle) {
-      const double expected =
-          std::exp2(statistics.spreads[static_cast<std::size_t>(SpreadContexts::kAlong + size)] / 8.0);
-      middle_ratio.sum += 1.3085 * tangential / expected;
-      middle_ratio.count += 1.0;
-      continue;
-    }
-    const auto add = [&](int index, double value) {
-      means[static_cast<std::size_t>(index)].sum += value;
-      means[static_cast<std::size_t>(index)].count += 1.0;
-    };
-    if (length > 0.0F) {
-      add(SpreadContexts::kAlong + size, tangential);
-      add(SpreadContexts::kAcross + size, std::fabs(dot3(error, rotate_axes(cross_rotated(s.normal, along)))));
-    }
-    add(SpreadContexts::normal(s.bend_square, s.mean_square), std::fabs(dot3(error, s.normal)));
   }
-  for (std::size_t i = 0; i < means.size(); ++i) {
-    if (means[i].count >= kLeastSamples) statistics.spreads[i] = coded_spread(means[i].sum / means[i].count);
-  }
-  if (middle_ratio.count >= kLeastSamples) {
-    const double ratio = middle_ratio.sum / middle_ratio.count;
-    statistics.spreads[SpreadContexts::kMiddleShift] =
-        static_cast<std::int8_t>(std::clamp(std::lround(8.0 * std::log2(std::max(ratio, 0.01))), -32L, 32L));
-  }
+  for (std::size_t i = 0; i < fits.size(); ++i) replace(statistics.spreads[i], fits[i], at_a_price, stride_);
 }
+
+void GeometryTraining::learn_scales(SplitStatistics& statistics, bool at_a_price) const {
+  std::vector<SpreadFit> fits(SplitStatistics::kClasses);
+  for (const Sample& s : samples_) {
+    const std::size_t c = s.prediction();
+    const Off o = off(s, statistics.weights[c]);
+    for (std::size_t i = o.first; i < 3; ++i) {
+      const int eighths = statistics.spreads[static_cast<std::size_t>(o.spreads[i])] + statistics.scales[c];
+      fits[c].add(o.amounts[i] / spread_of(eighths));
+    }
+  }
+  for (std::size_t c = 0; c < fits.size(); ++c) replace(statistics.scales[c], fits[c], at_a_price, stride_);
+}
+
+namespace {
+
+// A table's shares, and what they and the data take.
+class TableChoice {
+ public:
+  TableChoice(std::span<const double> counts, std::span<const std::uint8_t> built_in)
+      : counts_(counts), built_in_(built_in), bits_(bits_of(built_in)) {
+    std::copy(built_in.begin(), built_in.end(), shares_.begin());
+  }
+  void offer(std::span<const std::uint8_t> shares) {
+    const double bits = bits_of(shares);
+    if (bits >= bits_) return;
+    bits_ = bits;
+    std::copy(shares.begin(), shares.end(), shares_.begin());
+  }
+  std::span<const std::uint8_t> best() const { return std::span(shares_).first(counts_.size()); }
+
+ private:
+  double bits_of(std::span<const std::uint8_t> shares) const {
+    const FrequencyTable table = table_of(shares);
+    double bits = SplitStatistics::table_bits(shares, built_in_);
+    for (std::size_t s = 0; s < counts_.size(); ++s) {
+      if (counts_[s] > 0.0) bits += counts_[s] * table.cost_bits(static_cast<int>(s));
+    }
+    return bits;
+  }
+
+  std::span<const double> counts_;
+  std::span<const std::uint8_t> built_in_;
+  double bits_;
+  std::array<std::uint8_t, FrequencyTable::kMaxSymbols> shares_{};
+};
+
+}  // namespace
 
 void learn_symbols(const CountingCoder::Counts& counts, SplitStatistics& statistics) {
   for (std::size_t t = 0; t < counts.size(); ++t) {
     const auto size =
-        static_cast<std::size_t>(SymbolContexts::symbol_count(static_cast<int>(t), statistics.has_free_parents));
+        static_cast<std::size_t>(SymbolContexts::table_symbol_count(static_cast<int>(t), statistics.has_free_parents));
     const std::span<std::uint8_t> current(statistics.symbols[t].data(), size);
+    const std::span<const double> seen(counts[t].data(), size);
     const FrequencyTable before = table_of(current);
     std::array<double, FrequencyTable::kMaxSymbols> blended{};
     double sum = 0.0;
     for (std::size_t s = 0; s < size; ++s) {
-      blended[s] = counts[t][s] + 4.0 * before.frequency(static_cast<int>(s)) / FrequencyTable::kTotal;
+      blended[s] = seen[s] + 4.0 * before.frequency(static_cast<int>(s)) / FrequencyTable::kTotal;
       sum += blended[s];
     }
+    if (sum < kLeastSamples) continue;
     std::array<std::uint8_t, FrequencyTable::kMaxSymbols> shares{};
-    for (std::size_t s = 0; s < size; ++s) shares[s] = coded_share(blended[s], sum);
-    const FrequencyTable after = table_of(std::span<const std::uint8_t>(shares).first(size));
-    double saved_bits = -2.0;
+    TableChoice choice(seen, current);
+    // Its own shares up to some symbol; then one after the other as built in, or half the way there.
+    std::copy(current.begin(), current.end(), shares.begin());
     for (std::size_t s = 0; s < size; ++s) {
-      const auto symbol = static_cast<int>(s);
-      saved_bits += counts[t][s] * (before.cost_bits(symbol) - after.cost_bits(symbol));
-      saved_bits -= 2.2 + 0.6 * std::abs(static_cast<int>(shares[s]) - static_cast<int>(current[s]));
+      shares[s] = coded_share(blended[s], sum);
+      choice.offer(std::span(shares).first(size));
     }
-    if (saved_bits > 0.0) std::copy_n(shares.begin(), size, current.begin());
+    for (std::size_t s = 0; s < size; ++s) {
+      std::copy(choice.best().begin(), choice.best().end(), shares.begin());
+      if (shares[s] == current[s]) continue;
+      const std::uint8_t own = shares[s];
+      for (const int nearer : {int{current[s]}, (int{own} + int{current[s]}) / 2}) {
+        shares[s] = static_cast<std::uint8_t>(nearer);
+        choice.offer(std::span(shares).first(size));
+      }
+    }
+    std::copy(choice.best().begin(), choice.best().end(), shares.begin());
+    std::copy_n(shares.begin(), size, current.begin());
   }
 }
 

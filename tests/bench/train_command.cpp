@@ -29,7 +29,7 @@ int run(const Arguments& arguments) {
     }
   }
   fmt::print("{}", statistics_source(training.learn(),
-                                     fmt::format("Learnt from {} models at {} bits by fanstream-bench train.",
+                                     fmt::format("Made from a corpus of {} models at {} bits by fanstream-bench train.",
                                                  files.size(), fmt::join(arguments.bits, ", "))));
   return 0;
 }
@@ -46,7 +46,8 @@ BenchCommand add_train_command(CLI::App& app) {
       ->check(CLI::Range(kLeastPositionBits, kMostPositionBits));
   command->footer(
       "Prints what common/coding/default_statistics.inc holds. Old assets were coded with the old statistics: a new "
-      "version of the format goes with them.\n\n"
+      "version of the format goes with them. Those in use are learnt from 46 meshes of Debian's libcgal-demo and 12 of "
+      "../shared/data; learnt without any of the benchmark's eight models, these take up to 0.2 % more.\n\n"
       "Example:\n  fanstream-bench train ../shared/data/*.ply --position-bits 11,12,14 > new_statistics.inc");
   return {command, [arguments](const std::string&) { return run(*arguments); }};
 }

@@ -98,14 +98,16 @@ std::string without_comments_and_blanks(std::istream& in) {
 TEST(TrainStatistics, TheBuiltInStatisticsArePrintedAsTheyStandInTheSource) {
   std::ifstream file(FANSTREAM_SOURCE_DIR "/common/coding/default_statistics.inc");
   ASSERT_TRUE(file);
-  std::istringstream printed(statistics_source(SplitStatistics::built_in(), "a comment"));
+  std::istringstream printed(statistics_source(TrainedStatistics::built_in(), "a comment"));
   EXPECT_EQ(without_comments_and_blanks(printed), without_comments_and_blanks(file));
 }
 
 TEST(TrainStatistics, LearningReplacesWhatTheCorpusShows) {
   StatisticsTraining training;
   ASSERT_TRUE(training.add(testing::make_terrain(60, 50, 2), 12));
-  const SplitStatistics learnt = training.learn();
+  const TrainedStatistics trained = training.learn();
+  EXPECT_NE(trained.tables, TrainedStatistics::built_in().tables);
+  const SplitStatistics& learnt = trained.statistics;
   EXPECT_NE(learnt.symbols, SplitStatistics::built_in().symbols);
   EXPECT_NE(learnt.weights, SplitStatistics::built_in().weights);
   EXPECT_NE(learnt.spreads, SplitStatistics::built_in().spreads);

@@ -118,12 +118,12 @@ TEST(NextSplit, EveryChoiceComesBack) {
     }
     RansEncoder encoder;
     for (const Coded& c : all) {
-      ASSERT_EQ(code_next_split(encoder, model, c.whose, c.valence, c.free, c.generation), c.generation);
+      ASSERT_EQ(code_next_split(encoder, model.phase(2), c.whose, c.valence, c.free, c.generation), c.generation);
     }
     const ExactBytes bytes(encoder.finish());
     RansDecoder decoder(bytes.view());
     for (const Coded& c : all) {
-      ASSERT_EQ(code_next_split(decoder, model, c.whose, c.valence, c.free, 1), c.generation);
+      ASSERT_EQ(code_next_split(decoder, model.phase(2), c.whose, c.valence, c.free, 1), c.generation);
     }
     ASSERT_TRUE(decoder.finished_cleanly());
   }
@@ -136,7 +136,7 @@ TEST(NextSplit, WhereNoGenerationIsFreeNothingIsCoded) {
   none.exclude(8);
   RansEncoder encoder;
   for (const NextSplitOf whose : kAll)
-    EXPECT_EQ(code_next_split(encoder, model, whose, 6, none, kNeverSplit), kNeverSplit);
+    EXPECT_EQ(code_next_split(encoder, model.phase(2), whose, 6, none, kNeverSplit), kNeverSplit);
   encoder.bits(15, 77);
   RansEncoder only_bits;
   only_bits.bits(15, 77);
@@ -154,7 +154,7 @@ TEST(NextSplit, NoTakenGenerationComesOutOfAnyBytes) {
     for (int i = 0; i < 30; ++i) {
       const Case c(random);
       const std::uint8_t next =
-          code_next_split(decoder, model, kAll[random.below(3)], random.below(300), c.free(), kNeverSplit);
+          code_next_split(decoder, model.phase(2), kAll[random.below(3)], random.below(300), c.free(), kNeverSplit);
       if (next == kNeverSplit) continue;
       const std::vector<std::uint32_t> free = c.expected();
       ASSERT_NE(std::find(free.begin(), free.end(), next), free.end()) << int{next};

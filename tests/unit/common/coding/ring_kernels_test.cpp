@@ -68,7 +68,8 @@ std::vector<std::uint32_t> image(const RingKernels& kernels, const RandomRing& r
   }
   kernels.cut(splits, time);
   AxisChains chains;
-  kernels.predict(splits, SplitModel(), AxisUnits(glm::vec3(1.0F, 2.5F, 1.0F)), chains);
+  const SplitModel model;
+  kernels.predict(splits, model.phase(1), AxisUnits(glm::vec3(1.0F, 2.5F, 1.0F)), chains);
   std::array<std::int32_t, AxisChains::kMost> values{};
   for (std::size_t place = 0; place < 3; ++place) {
     ResidualChoices choices;

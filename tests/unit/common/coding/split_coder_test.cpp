@@ -179,13 +179,14 @@ TEST(SplitCoder, SplitsComeBackWithOtherStatistics) {
     const Surroundings around(random);
     SplitStatistics statistics;
     for (auto& table : statistics.symbols) {
-      for (std::uint8_t& share : table) share = static_cast<std::uint8_t>(random.below(32));
+      for (std::uint8_t& share : table) share = static_cast<std::uint8_t>(random.below(64));
     }
     for (auto& weights : statistics.weights) {
       for (std::int8_t& w : weights) w = static_cast<std::int8_t>(random.between(-128, 127));
     }
     statistics.spreads = SplitStatistics::built_in().spreads;
     for (std::int8_t& s : statistics.spreads) s = static_cast<std::int8_t>(s + random.between(-8, 8));
+    for (std::int8_t& s : statistics.scales) s = static_cast<std::int8_t>(random.between(-8, 8));
     const SplitModel model(statistics);
     expect_round_trip(random_cases(random, around, 100, 300, 300), model, glm::vec3(1.0F, 2.0F, 1.0F), around);
   }
@@ -330,8 +331,8 @@ TEST(SplitCoder, PredictionsFollowTheRing) {
   const FanSplit split{0, 1, 3, ParentPosition::kept, {}};
   const RingGeometry a = small.geometry(glm::vec3(1.0F));
   const RingGeometry b = large.geometry(glm::vec3(1.0F));
-  EXPECT_EQ(2.0F * to_vec3(predict(model, a, ring_features(a, split)).mean),
-            to_vec3(predict(model, b, ring_features(b, split)).mean));
+  EXPECT_EQ(2.0F * to_vec3(predict(model.phase(0), a, ring_features(a, split)).mean),
+            to_vec3(predict(model.phase(0), b, ring_features(b, split)).mean));
 }
 
 }  // namespace
