@@ -14,7 +14,7 @@ namespace fanstream {
 namespace {
 
 // Raise it when import, clean-up or the builder make something else of the same file.
-constexpr std::uint32_t kBuilderRevision = 5;
+constexpr std::uint32_t kBuilderRevision = 6;
 
 class Hasher {
  public:
@@ -82,6 +82,7 @@ void add_options(const BuildOptions& options, Hasher& hasher) {
   hasher.add_number(options.segment_splits.value_or(0.0));
   hasher.add_number(options.edges_per_vertex.value_or(0.0));
   hasher.add_number(options.evenness.value_or(-1.0));
+  hasher.add_number(options.distance_growth.value_or(-1.0));
   const CostOptions& cost = options.cost;
   hasher.add_number(static_cast<double>(cost.cost));
   hasher.add_number(static_cast<double>(cost.placement));
