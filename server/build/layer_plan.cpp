@@ -39,9 +39,8 @@ Granularity default_granularity(std::uint32_t vertex_count) {
   const double large = share_between(50'000.0, 400'000.0);
   const auto between = [](double share, double from, double to) { return from * std::pow(to / from, share); };
   const bool limited = vertex_count >= kFewestLimited && vertex_count <= kMostLimited;
-  const double limits = limited ? even : 0.0;
   Granularity granularity;
-  granularity.cell_vertices = between(large, between(limits, 48.0, 60.0), 3.7);
+  granularity.cell_vertices = between(large, limited ? 64.0 : 48.0, 3.7);
   granularity.slab_growth = between(large, 4.0, 9.5);
   granularity.segment_splits = between(large, between(even, 20.0, 8.0), 1.3);
   granularity.edges_per_vertex = between(large, limited ? 1.65 : 1.5, 2.5);
