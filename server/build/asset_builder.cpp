@@ -26,6 +26,7 @@ Granularity granularity_of(const TriangleMesh& mesh, const BuildOptions& options
           options.segment_splits.value_or(usual.segment_splits),
           options.edges_per_vertex.value_or(usual.edges_per_vertex),
           options.evenness.value_or(usual.evenness),
+          options.distance_growth.value_or(usual.distance_growth),
           options.fine_share.value_or(usual.fine_share)};
 }
 
@@ -336,6 +337,7 @@ SimplifyOptions simplify_options_of(const TriangleMesh& mesh, const BuildOptions
   result.base_vertices = options.base_vertices.value_or(default_base_vertices(mesh));
   result.edges_per_vertex = granularity.edges_per_vertex;
   result.evenness = granularity.evenness;
+  result.distance_growth = granularity.distance_growth;
   result.cost = options.cost;
   return result;
 }

@@ -22,10 +22,11 @@ struct BuildOptions {
   std::optional<double> slab_growth;
   std::optional<double> segment_splits;
   std::optional<double> edges_per_vertex;
-  std::optional<double> evenness;    // SimplifyOptions::evenness
-  std::optional<double> fine_share;  // LevelOptions::fine_share; 1: generations stay as the simplifier makes them
-  CostOptions cost;                  // what merges cost and where parents go
-  double place_noise = 0.15;         // choose_precision's; 0: all places exact at every generation
+  std::optional<double> evenness;         // SimplifyOptions::evenness
+  std::optional<double> distance_growth;  // SimplifyOptions::distance_growth
+  std::optional<double> fine_share;       // LevelOptions::fine_share; 1: generations stay as the simplifier makes them
+  CostOptions cost;                       // what merges cost and where parents go
+  double place_noise = 0.15;              // choose_precision's; 0: all places exact at every generation
   // By triangle of the mesh, the source's face that it is part of (CleanedMesh::source_faces): where it says anything,
   // the asset gets a section that tells which edges lie inside polygons. Has to live as long as the building.
   std::span<const std::uint32_t> source_faces = {};

@@ -15,13 +15,16 @@ struct Granularity {
   double segment_splits = 16.0;   // generations are joined into a layer until a cell's segment has so many
   double edges_per_vertex = 1.5;  // SimplifyOptions::edges_per_vertex
   double evenness = 0.0;          // SimplifyOptions::evenness
+  double distance_growth = 0.0;   // SimplifyOptions::distance_growth
   double fine_share = 1.0;        // LevelOptions::fine_share; 1: generations stay as the simplifier makes them
 };
 
 // A view shows all of a small model, but a small part of a large one, or all of it coarsely: what it needs beyond that,
 // be it because something depends on it or because a cell has one place that is further off than the rest, weighs more
 // then than the bytes of tables. So from 20,000 to 40,000 vertices errors become even and layers finer, and from 50,000
-// to 400,000 cells small. Measured in tests/bench/RESULTS.md.
+// to 400,000 cells small. Up to 100,000 vertices what a merge may leave is limited too, the more strictly the larger
+// the model; evenness need not do all then, which pays for the bytes. Beyond, it would double the time of a build that
+// takes seconds. Measured in tests/bench/RESULTS.md.
 Granularity default_granularity(std::uint32_t vertex_count);
 
 struct LayerPlan {

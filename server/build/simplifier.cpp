@@ -4,8 +4,10 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <optional>
 
 #include "common/refine/cell_coder.h"
+#include "server/build/distance_limit.h"
 #include "server/build/merge_queue.h"
 #include "server/build/merge_valences.h"
 #include "server/build/merged_ring.h"
@@ -25,6 +27,7 @@ class Simplifier {
         marks_(mesh.positions.size()),
         patch_splits_(mesh.positions.size(), 0),
         alive_(static_cast<std::uint32_t>(mesh.positions.size())) {
+    if (options.distance_growth > 0.0) limit_.emplace(mesh, options.distance_growth);
     judge_all();
   }
 
@@ -33,12 +36,17 @@ class Simplifier {
     history.generation_begin.push_back(0);
     const std::uint32_t start = alive_;
     everything_ = false;
+    bool limited = false;
     while (alive_ > options_.base_vertices && history.generation_begin.size() <= kMostGenerations) {
+      if (limit_) limit_->begin_generation(limited);
       run_generation(history);
       const auto made = static_cast<std::uint32_t>(history.merges.size()) - history.generation_begin.back();
       if (made != 0) history.generation_begin.push_back(static_cast<std::uint32_t>(history.merges.size()));
       if (made == 0 && everything_) break;
-      everything_ = made == 0 || made < alive_ / 50 || history.generation_begin.size() > kThriftyGenerations;
+      const bool was_limited = limit_ && limit_->is_limited();
+      limited = !was_limited || made > alive_ / 20;
+      everything_ =
+          (!was_limited && (made == 0 || made < alive_ / 50)) || history.generation_begin.size() > kThriftyGenerations;
       if (options_.progress) options_.progress(progress(start));
     }
     if (!history.free_places.empty()) history.free_places.resize(history.merges.size());
@@ -208,6 +216,7 @@ class Simplifier {
       if (!shape_allows(merge)) return;
       if (!everything_ && put_back(best, best.cost, merge)) return;
     }
+    if (limit_ && !limit_->allows(merge.root, merge.removed, merge.target) && !everything_) return;
     fetch_surroundings(merge);
     record(merge, best.cost, history);
     apply(merge);
@@ -233,6 +242,7 @@ class Simplifier {
   void apply(const Merge& merge) {
     const auto [root, removed, parent, target] = merge;
     rings_.merge(root, removed);
+    if (limit_) limit_->merge(root, removed);
     places_[root] = target;
     cost_->merged(root, removed, parent);
     patch_splits_[root] = static_cast<std::uint8_t>(is_root(root) ? patch_splits_[root] + 1 : 1);
@@ -265,6 +275,7 @@ class Simplifier {
   MergeQueue queue_;
   bool everything_ = false;  // the last resort: no limit on cost, faces may turn up to a right angle
   MergedRing ring_;          // of the merge at hand
+  std::optional<DistanceLimit> limit_;
   std::uint32_t alive_;
 };
 

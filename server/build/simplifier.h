@@ -21,6 +21,10 @@ struct SimplifyOptions {
   CostOptions cost;
   // 0 makes the surface's mean distance from the original small, 1 or 2 its largest; see make_merge_cost.
   double evenness = 0.0;
+  // Merges that would leave a place of the original much further off than others of their generation do wait for a
+  // later one (distance_limit.h): further than this times what 90 % of the merges of the generation before have left.
+  // 0: none does.
+  double distance_growth = 0.0;
   // How much merges that take many bits to code are put back behind others of like cost; 0 looks at shape alone.
   double coding_weight = 1.0;
   // A merge that would turn a face by more than this angle's cosine is refused.

@@ -30,8 +30,9 @@ class SurfaceTracker {
   }
 
  private:
-  // A bound is good enough that is this much above a distance which is there for sure, or usual around: by a factor,
-  // and in grid steps.
+  // A bound is good enough that is this much above a distance which is there for sure, or above this share of what is
+  // usual around: by a factor, and in grid steps.
+  static constexpr float kUsualShare = 0.8F;
   static constexpr float kSlack = 1.03F;
   static constexpr float kSlackSteps = 0.1F;
   static constexpr std::uint32_t kMostDepth = 7;  // of cuts within cuts, in one patch
@@ -83,7 +84,7 @@ class SurfaceTracker {
         mixed_.push_back(t);
       }
     }
-    const float usual = usual_.value(mesh_.centre());
+    const float usual = kUsualShare * usual_.value(mesh_.centre());
     carrier_.begin(mesh_.star(), most, usual * usual);
   }
 

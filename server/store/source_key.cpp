@@ -82,6 +82,7 @@ void add_options(const BuildOptions& options, Hasher& hasher) {
   hasher.add_number(options.segment_splits.value_or(0.0));
   hasher.add_number(options.edges_per_vertex.value_or(0.0));
   hasher.add_number(options.evenness.value_or(-1.0));
+  hasher.add_number(options.distance_growth.value_or(-1.0));
   const CostOptions& cost = options.cost;
   hasher.add_number(static_cast<double>(cost.cost));
   hasher.add_number(static_cast<double>(cost.placement));

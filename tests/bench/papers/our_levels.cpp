@@ -33,6 +33,7 @@ Result<std::unique_ptr<OurLevels>> OurLevels::build(const TriangleMesh& mesh,
   options.base_vertices = *base_vertices;
   options.edges_per_vertex = usual.edges_per_vertex;
   options.evenness = usual.evenness;
+  options.distance_growth = usual.distance_growth;
   MergeHistory history = simplify(mesh, options);
   if (history.base_vertices != *base_vertices) {
     return fail(ErrorKind::limit,

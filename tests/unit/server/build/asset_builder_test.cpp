@@ -20,6 +20,7 @@ TEST(AssetBuilder, GranularityIsThatOfTheModelsSizeUnlessGiven) {
   given.segment_splits = usual.segment_splits;
   given.edges_per_vertex = usual.edges_per_vertex;
   given.evenness = usual.evenness;
+  given.distance_growth = usual.distance_growth;
   given.fine_share = usual.fine_share;
   const auto by_default = build_asset(mesh, {});
   const auto with_given = build_asset(mesh, given);
@@ -35,6 +36,7 @@ TEST(AssetBuilder, GranularityIsThatOfTheModelsSizeUnlessGiven) {
   EXPECT_GT(cells_with([](BuildOptions& o) { o.slab_growth = 2.0; }).cells, usual_report.cells);
   EXPECT_GT(cells_with([](BuildOptions& o) { o.segment_splits = 3.0; }).segments, usual_report.segments);
   EXPECT_GT(cells_with([](BuildOptions& o) { o.edges_per_vertex = 0.3; }).generations, usual_report.generations);
+  EXPECT_GT(cells_with([](BuildOptions& o) { o.distance_growth = 0.8; }).generations, usual_report.generations);
   EXPECT_NE(cells_with([](BuildOptions& o) { o.fine_share = 0.3; }).generations, usual_report.generations);
 }
 

@@ -86,16 +86,20 @@ TEST(DefaultGranularity, CutsLargeModelsFinelyAndSmallOnesCoarsely) {
     EXPECT_DOUBLE_EQ(found.segment_splits, expected.segment_splits) << vertices;
     EXPECT_DOUBLE_EQ(found.edges_per_vertex, expected.edges_per_vertex) << vertices;
     EXPECT_DOUBLE_EQ(found.evenness, expected.evenness) << vertices;
+    EXPECT_DOUBLE_EQ(found.distance_growth, expected.distance_growth) << vertices;
     EXPECT_DOUBLE_EQ(found.fine_share, expected.fine_share) << vertices;
   };
-  for (const std::uint32_t small : {0U, 3U, 1000U, 20'000U}) expect(small, {48.0, 4.0, 20.0, 1.5, 0.0, 1.0});
-  for (const std::uint32_t middling : {40'000U, 50'000U}) expect(middling, {48.0, 4.0, 8.0, 1.5, 2.0, 1.0});
-  for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U}) expect(large, {3.7, 9.5, 1.3, 2.5, 4.0, 0.95});
+  for (const std::uint32_t small : {0U, 3U, 1000U, 19'999U}) expect(small, {48.0, 4.0, 20.0, 1.5, 0.0, 0.0, 1.0});
+  expect(20'000, {64.0, 4.0, 20.0, 1.65, 0.0, 1.45, 1.0});
+  for (const std::uint32_t middling : {40'000U, 50'000U}) expect(middling, {64.0, 4.0, 8.0, 1.65, 1.0, 1.27, 1.0});
+  for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U})
+    expect(large, {3.7, 9.5, 1.3, 2.5, 4.0, 0.0, 0.95});
 }
 
 TEST(DefaultGranularity, ChangesSteadilyInBetween) {
   Granularity before = default_granularity(50'000);
   for (std::uint32_t vertices = 60'000; vertices <= 400'000; vertices += 10'000) {
+    if (vertices == 110'000) before = default_granularity(100'001);  // from where on distances are not limited
     const Granularity now = default_granularity(vertices);
     EXPECT_LT(now.cell_vertices, before.cell_vertices) << vertices;
     EXPECT_GT(now.slab_growth, before.slab_growth) << vertices;

@@ -4,6 +4,7 @@
 
 #include "common/coding/fan_vertex.h"
 #include "common/mesh/manifold_check.h"
+#include "server/build/surface_error.h"
 #include "tests/support/asset_helpers.h"
 #include "tests/support/merge_history_checks.h"
 #include "tests/support/mesh_generators.h"
@@ -14,17 +15,23 @@ namespace {
 
 using testing::compact_faces;
 
-SimplifyOptions down_to(std::uint32_t vertices) {
+SimplifyOptions down_to(std::uint32_t vertices, double distance_growth = 0.0) {
   SimplifyOptions options;
   options.base_vertices = vertices;
+  options.distance_growth = distance_growth;
   return options;
 }
 
+// Without a limit, with a usual one, and with one that hardly anything comes within.
+constexpr double kDistanceGrowths[] = {0.0, 1.27, 0.02};
+
 TEST(Simplifier, PatchesOfOneGenerationShareNoFace) {
   for (const auto& [name, mesh] : testing::model_shapes()) {
-    SCOPED_TRACE(name);
-    testing::expect_disjoint_patches(mesh, simplify(mesh, down_to(60)));
-    if (HasFatalFailure()) return;
+    for (const double growth : kDistanceGrowths) {
+      SCOPED_TRACE(name + ", distances may grow by " + std::to_string(growth));
+      testing::expect_disjoint_patches(mesh, simplify(mesh, down_to(60, growth)));
+      if (HasFatalFailure()) return;
+    }
   }
 }
 
@@ -52,12 +59,15 @@ TEST(Simplifier, CleanModelsReachTheirTarget) {
                                                                     {"flat grid", testing::make_grid(40, 40)}};
   for (const auto& [name, mesh] : models) {
     for (const std::uint32_t target : {600U, 100U, 64U}) {
-      SCOPED_TRACE(name + " to " + std::to_string(target));
-      const MergeHistory history = simplify(mesh, down_to(target));
-      EXPECT_EQ(history.base_vertices, target);
-      EXPECT_EQ(history.merges.size(), mesh.positions.size() - target);
-      EXPECT_EQ(history.generation_begin.front(), 0U);
-      EXPECT_EQ(history.generation_begin.back(), history.merges.size());
+      for (const double growth : kDistanceGrowths) {
+        SCOPED_TRACE(name + " to " + std::to_string(target) + ", distances may grow by " + std::to_string(growth));
+        const MergeHistory history = simplify(mesh, down_to(target, growth));
+        EXPECT_EQ(history.base_vertices, target);
+        EXPECT_EQ(history.merges.size(), mesh.positions.size() - target);
+        EXPECT_EQ(history.generation_begin.front(), 0U);
+        EXPECT_EQ(history.generation_begin.back(), history.merges.size());
+        EXPECT_LE(history.generation_count(), kMostGenerations);
+      }
     }
   }
 }
@@ -103,6 +113,30 @@ TEST(Simplifier, NoMoreGenerationsThanTheFormatAllows) {
   EXPECT_LE(history.generation_count(), kMostGenerations);
   EXPECT_GT(history.generation_count(), kMostGenerations - 16);
   EXPECT_EQ(history.base_vertices, 40U);
+}
+
+// Down to a third of the vertices, certified: of the merges that are left out.
+TEST(Simplifier, LimitedDistancesMakeTheLargestErrorSmaller) {
+  double with = 0.0;
+  double without = 0.0;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const TriangleMesh mesh = testing::make_terrain(90, 80, seed);
+    const PositionGrid grid = PositionGrid::fit(mesh.positions, 14);
+    std::vector<GridPoint> places;
+    for (const glm::dvec3& p : mesh.positions) places.push_back(grid.encode(p));
+    const auto largest = [&](double growth) {
+      const MergeHistory history = simplify(mesh, down_to(2400, growth));
+      const CodedHistory coded(history, places, grid);
+      float error = 0.0F;
+      for (const PatchSurface& patch : measure_surface(mesh.triangles, places, grid, coded).patches) {
+        error = std::max(error, patch.error);
+      }
+      return static_cast<double>(error);
+    };
+    with += largest(1.27);
+    without += largest(0.0);
+  }
+  EXPECT_LT(with, 0.9 * without);
 }
 
 TEST(Simplifier, MergesOfCoarserGenerationsCostMore) {

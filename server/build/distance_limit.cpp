@@ -1,0 +1,150 @@
+#include "server/build/distance_limit.h"
+
+#include <algorithm>
+
+namespace fanstream {
+
+DistanceLimit::DistanceLimit(const TriangleMesh& mesh, double growth)
+    : growth_(static_cast<float>(growth)), around_(mesh.positions.size()) {
+  const Bounds box = bounds_of(mesh.positions);
+  middle_ = 0.5 * (box.low + box.high);
+  scale_ = box.diagonal() > 0.0 ? 4096.0 / box.diagonal() : 1.0;
+  places_.reserve(mesh.positions.size());
+  for (const glm::dvec3& p : mesh.positions) places_.push_back(scaled(p));
+  for (const Triangle& t : mesh.triangles) {
+    faces_.push_back({{t[0], t[1], t[2]}});
+    for (const VertexId v : t) ++around_[v].size;
+  }
+  std::uint32_t begin = 0;
+  for (Range& range : around_) {
+    range.begin = begin;
+    begin += range.size;
+    range.size = 0;
+  }
+  pool_.resize(begin);
+  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
+    for (const VertexId v : faces_[f].corners) {
+      if (around_[v].size == 0) add_point(mesh.positions[v], f);
+      pool_[around_[v].begin + around_[v].size++] = f;
+    }
+    for (int i = 0; i < 3;
+         ++i) {  // an edge of two faces is seen once from its smaller end; one of a boundary maybe not
+      const VertexId from = faces_[f].corners[i];
+      const VertexId to = faces_[f].corners[(i + 1) % 3];
+      if (from < to) add_point(0.5 * (mesh.positions[from] + mesh.positions[to]), f);
+    }
+  }
+}
+
+void DistanceLimit::add_point(const glm::dvec3& place, std::uint32_t face) {
+  points_.push_back({scaled(place), faces_[face].first_point});
+  faces_[face].first_point = static_cast<std::uint32_t>(points_.size() - 1);
+}
+
+void DistanceLimit::begin_generation(bool limited) {
+  limit_ = std::numeric_limits<float>::infinity();
+  if (limited && !reached_.empty()) {
+    const auto at = reached_.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(reached_.size() - 1));
+    std::nth_element(reached_.begin(), at, reached_.end());
+    limit_ = growth_ * growth_ * *at;
+  }
+  reached_.clear();
+}
+
+void DistanceLimit::gather_one(std::uint32_t face, VertexId centre, VertexId other, bool again) {
+  const auto& c = faces_[face].corners;
+  if (c[0] == other || c[1] == other || c[2] == other) {
+    if (!again) vanishing_.push_back(face);
+    return;
+  }
+  const int at = c[0] == centre ? 0 : c[1] == centre ? 1 : 2;
+  rest_.push_back({face, c[(at + 1) % 3], c[(at + 2) % 3]});
+}
+
+void DistanceLimit::gather(VertexId root, VertexId removed) {
+  rest_.clear();
+  vanishing_.clear();
+  for (const std::uint32_t f : around(root)) gather_one(f, root, removed, false);
+  for (const std::uint32_t f : around(removed)) gather_one(f, removed, root, true);
+  star_.clear();
+  for (const Rest& rest : rest_) star_.add(places_[rest.from] - target_, places_[rest.to] - target_);
+  distances_.resize(std::max<std::size_t>(distances_.size(), star_.stored()));
+}
+
+// A face's points are mostly nearest to it still, so it is asked first, about four at a time.
+bool DistanceLimit::is_within(std::uint32_t face, std::uint32_t rest) {
+  std::uint32_t p = faces_[face].first_point;
+  while (p != kNone) {
+    glm::vec3 at[4];
+    int count = 0;
+    for (; count < 4 && p != kNone; p = points_[p].next) at[count++] = points_[p].place - target_;
+    Float4 own = float4(std::numeric_limits<float>::infinity());
+    if (rest != kNone) {
+      FourPoints four;
+      for (int i = 0; i < 4; ++i) four.set(i, at[std::min(i, count - 1)]);
+      own = star_.squared(four, rest);
+    }
+    for (int i = 0; i < count; ++i) {
+      if (!(own[i] <= limit_) && !(star_.nearest(at[i], distances_.data()).squared <= limit_)) return false;
+    }
+  }
+  return true;
+}
+
+bool DistanceLimit::allows(VertexId root, VertexId removed, const glm::dvec3& target) {
+  target_ = scaled(target);
+  gather(root, removed);
+  if (rest_.empty() || !is_limited()) return true;
+  for (const std::uint32_t f : vanishing_) {
+    if (!is_within(f, kNone)) return false;
+  }
+  for (std::uint32_t i = 0; i < rest_.size(); ++i) {
+    if (!is_within(rest_[i].face, i)) return false;
+  }
+  return true;
+}
+
+void DistanceLimit::forget(std::uint32_t face, VertexId corner) {
+  const std::span<std::uint32_t> faces = around(corner);
+  const auto found = std::find(faces.begin(), faces.end(), face);
+  if (found == faces.end()) return;
+  std::copy(found + 1, faces.end(), found);
+  --around_[corner].size;
+}
+
+void DistanceLimit::merge(VertexId root, VertexId removed) {
+  moving_.clear();
+  const auto take_points = [&](Face& face) {
+    for (std::uint32_t p = face.first_point; p != kNone; p = points_[p].next) moving_.push_back(p);
+    face.first_point = kNone;
+  };
+  for (const std::uint32_t f : vanishing_) {
+    take_points(faces_[f]);
+    for (const VertexId v : faces_[f].corners) forget(f, v);
+  }
+  if (rest_.size() > around_[root].size) {
+    around_[root].begin = static_cast<std::uint32_t>(pool_.size());
+    pool_.resize(pool_.size() + rest_.size());
+  }
+  around_[root].size = static_cast<std::uint32_t>(rest_.size());
+  around_[removed].size = 0;
+  places_[root] = target_;
+  for (std::size_t i = 0; i < rest_.size(); ++i) {
+    Face& face = faces_[rest_[i].face];
+    take_points(face);
+    face = {{root, rest_[i].from, rest_[i].to}};
+    around(root)[i] = rest_[i].face;
+  }
+  float most = 0.0F;
+  for (const std::uint32_t p : moving_) {
+    if (rest_.empty()) break;
+    const StarDistance::Nearest nearest = star_.nearest(points_[p].place - target_, distances_.data());
+    most = std::max(most, nearest.squared);
+    Face& face = faces_[rest_[nearest.face].face];
+    points_[p].next = face.first_point;
+    face.first_point = p;
+  }
+  reached_.push_back(most);
+}
+
+}  // namespace fanstream
