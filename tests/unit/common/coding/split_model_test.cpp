@@ -100,9 +100,13 @@ TEST(SplitModel, TablesThatWereNotWrittenAreTheBuiltInOnes) {
     const Result<SplitStatistics> read = SplitStatistics::read(in);
     ASSERT_TRUE(read) << read.error().message;
     const SplitModel model(*read);
-    for (std::size_t t = 0; t < SymbolContexts::kTables; ++t) {
-      const bool own = t == 7 || (free_parents && t >= static_cast<std::size_t>(SymbolContexts::kParentFirst));
-      EXPECT_EQ(&model.table(t) != &built_in.table(t), own) << "table " << t;
+    for (int phase = 0; phase < CodingPhase::kPhases; ++phase) {
+      for (int context = 0; context < SymbolContexts::kContexts; ++context) {
+        const int t = SymbolContexts::table_of(phase, context);
+        const bool own = t == 7 || (free_parents && SymbolContexts::is_of_parents(t));
+        const auto c = static_cast<std::size_t>(context);
+        EXPECT_EQ(&model.phase(phase).table(c) != &built_in.phase(phase).table(c), own) << "table " << t;
+      }
     }
   }
 }
