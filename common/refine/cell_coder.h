@@ -9,24 +9,11 @@
 
 #include "common/coding/split_coder.h"
 #include "common/grid/position_grid.h"
+#include "common/refine/cell_vertices.h"
 #include "common/refine/fan_state.h"
 #include "common/support/result.h"
 
 namespace fanstream {
-
-// A cell's vertices in coding order: those it started with, then those it made, numbered onwards from first_new.
-struct CellVertices {
-  std::uint32_t cell = 0;
-  std::vector<VertexId> initial;  // ascending
-  VertexId first_new = 0;
-  std::uint32_t made = 0;      // so far
-  std::uint32_t most_new = 0;  // the cell table's split count
-
-  std::uint32_t count() const { return static_cast<std::uint32_t>(initial.size()) + made; }
-  VertexId at(std::uint32_t i) const {
-    return i < initial.size() ? initial[i] : first_new + (i - static_cast<std::uint32_t>(initial.size()));
-  }
-};
 
 // The scratch and constants that coding needs; one per thread of work.
 struct CellCoding {
@@ -224,7 +211,7 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
       coarsen_roots(state, batch.subspan(i));
       return off_the_grid(vertices.cell, v);
     }
-    const VertexId added = vertices.first_new + vertices.made++;
+    const VertexId added = vertices.add(state);
     const SplitUndo undo{v, state.fans.corner(v), state.vertices[v].context, s.split.parent, s.split.shift};
     const LinkedFans::Arc arc{s.ring.corner_before(s.split.first), s.ring.corner(s.split.first),
                               s.ring.corner_before(s.split.last), s.ring.corner(s.split.last)};

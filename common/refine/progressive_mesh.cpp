@@ -50,7 +50,7 @@ void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std
     CellProgress& cell = cells_[first + i];
     const CellEntry& entry = index_->cells[first + i];
     cell.live = std::make_unique<LiveCell>();
-    cell.live->vertices = {first + i, std::move(groups[i]), entry.first_vertex, 0, entry.split_count};
+    cell.live->vertices = {first + i, std::move(groups[i]), entry.first_vertex, 0, entry.split_count, {}};
     state_.set_cell(first + i, cell.live->vertices.initial);
     cell.done = static_cast<std::uint8_t>(slab_begin(slab));
     update_limit(first + i);
@@ -302,7 +302,6 @@ bool ProgressiveMesh::apply_generation(std::uint32_t cell_number, std::size_t fi
   if (decoded && generation == slab_end(index_->cells[cell_number].slab)) decoded = check_end(cell_number);
   const std::uint32_t made = cell.vertices.made - before;
   vertex_count_ += made;
-  state_.note_use(cell.vertices.first_new + before, cell.vertices.first_new + cell.vertices.made);
   if (!decoded) {
     roll_back(cell_number, before, generation);
     cell.decoder = undo.decoder_before;
@@ -324,8 +323,9 @@ void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target,
   CellVertices& vertices = cells_[cell_number].live->vertices;
   vertex_count_ -= vertices.made - target;
   while (vertices.made > target) {
-    const VertexId added = vertices.first_new + --vertices.made;
+    const VertexId added = vertices.made_at(vertices.made - 1);
     undo_split(state_, generation, kept_undo(state_, added), added);
+    vertices.remove_last(state_);
   }
 }
 
@@ -436,7 +436,7 @@ std::uint32_t ProgressiveMesh::complete_generation() const {
 std::size_t ProgressiveMesh::memory_bytes() const {
   const auto array = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
   std::size_t bytes = sizeof(*this) + state_.memory_bytes() + held_.memory_bytes() + array(cells_) + array(queue_) +
-                      array(excess_) + array(changed_) + array(emptied_) + array(polygons_) + array(scratch_.points) +
+                      array(excess_) + array(changed_) + array(polygons_) + array(scratch_.points) +
                       array(scratch_.normals);
   for (const CellProgress& cell : cells_) {
     if (cell.live) bytes += cell.live->memory_bytes();

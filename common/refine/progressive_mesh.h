@@ -105,13 +105,20 @@ class ProgressiveMesh {
 
   const AssetHead& head() const { return *head_; }
   const AssetIndex& index() const { return *index_; }
+  // A MeshMemory::live_part has vertices under numbers of its own, those of FM0 aside, which depend on the way there; a
+  // vertex keeps its number for as long as it is in the mesh. A whole_model has the asset's: FM0's, then cell by cell
+  // in the order in which they are made.
   const FanState& state() const { return state_; }
+  // The mesh's vertices as state() has them, in the order of the asset's numbers; takes time for what is there.
+  std::vector<VertexId> vertices_in_order() const;
+  // By vertex of state(): its number in the asset; 0 where there is none.
+  std::vector<VertexId> asset_numbers() const;
   std::uint32_t vertex_count() const { return vertex_count_; }  // of the mesh as it is now
   bool is_complete() const { return vertex_count_ == head_->vertex_count; }
   bool holds(std::uint32_t cell, std::uint32_t segment) const;
   // The coarsest generation that some cell still lacks, less one.
   std::uint32_t complete_generation() const;
-  // The mesh as it is now in the model's coordinates; vertices are renumbered without gaps, in order; triangles are
+  // The mesh as it is now in the model's coordinates; vertices are those of vertices_in_order(); triangles are
   // ordered by their smallest vertices, which stand first.
   TriangleMesh triangle_mesh() const;
   // What the mesh takes, segments included, what the allocator adds not; the head and the index are not the mesh's own.
@@ -192,7 +199,6 @@ class ProgressiveMesh {
   bool undo_generation(std::uint32_t cell, Work& work);
   void retract_children(std::uint32_t cell);
   void roll_back(std::uint32_t cell, std::uint32_t target, std::uint32_t generation);
-  void give_back_pages();
   void drop_targets();
   std::vector<VertexId> vertices_of(const LiveCell& cell) const;
 
@@ -207,7 +213,6 @@ class ProgressiveMesh {
   std::vector<std::uint32_t> queue_;   // cells that may be able to take another generation
   std::vector<std::uint32_t> excess_;  // cells that may be finer than they should be
   std::vector<std::uint32_t> changed_;
-  std::vector<std::pair<VertexId, VertexId>> emptied_;  // ranges of vertices that are gone, of pages to be given back
   mutable BoundsScratch scratch_;
   std::uint32_t vertex_count_ = 0;
   PageKind pages_;
