@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <tuple>
 
 namespace fanstream {
@@ -13,6 +14,7 @@ namespace {
 constexpr std::uint64_t kMostCells = 1U << 22;
 constexpr std::uint32_t kMostLayers = 250;  // of all slabs together
 constexpr std::size_t kMostSlabs = 255;
+constexpr float kConeRounding = 1e-6F;  // more than the angle by which a rounded axis is off
 
 // Finest first. What a coarser generation needs already is not needed again.
 void sort_and_prune(std::vector<Dependency>& list) {
@@ -49,6 +51,7 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
     made.cell_count = slab.cell_count;
     made.layer_count = slab.layer_count;
     made.first_step = static_cast<std::uint32_t>(steps);
+    made.first_layer = layers;
     made.generations.assign(slab.layer_count, 1);
     count_generations(made);
     cells += slab.cell_count;
@@ -107,8 +110,8 @@ void CellTable::set_segment(std::uint32_t cell, std::uint32_t segment, const Cel
   }
   if (is_held) held_bytes_ += std::uint64_t{values.size_bytes} - sizes_bytes_[step];
   errors_[step] = values.error;
-  sizes_bytes_[step] = values.size_bytes;
-  triangles_[step] = values.triangles;
+  sizes_bytes_.set(step, values.size_bytes);
+  triangles_.set(step, values.triangles);
   ++epoch_;
 }
 
@@ -178,8 +181,22 @@ void CellTable::set_held(std::uint32_t cell, std::uint32_t prefix) {
 
 void CellTable::set_extent(std::uint32_t cell, const CellExtent& extent) {
   assert(cell < cell_count());
-  extents_[cell] = extent;
+  KeptExtent& kept = extents_[cell];
+  const glm::dvec3 center = extent.center - origin_;
+  kept.center = center;
+  const double radius = extent.radius + glm::length(glm::dvec3(kept.center) + origin_ - extent.center);
+  kept.radius = static_cast<float>(radius);
+  if (kept.radius < radius) kept.radius = std::nextafter(kept.radius, INFINITY);
+  kept.cone_axis = extent.cone_axis;
+  kept.cone_cosine = static_cast<float>(extent.cone_cosine);
+  if (glm::dvec3(kept.cone_axis) != extent.cone_axis || kept.cone_cosine != extent.cone_cosine)
+    kept.cone_cosine = std::max(-1.0F, kept.cone_cosine - kConeRounding);
   extent_epoch_[cell] = ++epoch_;
+}
+
+CellExtent CellTable::extent(std::uint32_t cell) const {
+  const KeptExtent& kept = extents_[cell];
+  return {glm::dvec3(kept.center) + origin_, kept.radius, kept.cone_axis, kept.cone_cosine};
 }
 
 void CellTable::set_supports(std::uint32_t cell, std::span<const Dependency> supports) {

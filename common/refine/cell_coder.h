@@ -50,14 +50,22 @@ inline void add_roots(const FanState& state, const CellVertices& vertices, std::
                       CellCoding& coding) {
   constexpr std::uint32_t kBlock = 256;  // of vertices, which may all be roots: room for them is made first
   std::size_t count = coding.root_count;
-  for (std::uint32_t begin = 0; begin < vertices.count(); begin += kBlock) {
-    if (coding.roots.size() < count + kBlock) coding.roots.resize(2 * (count + kBlock));
-    CellCoding::Root* const roots = coding.roots.data();
-    for (std::uint32_t i = begin; i < std::min(vertices.count(), begin + kBlock); ++i) {
-      const VertexId v = vertices.at(i);
-      roots[count].vertex = v;
-      count += state.vertices[v].context.next == generation ? 1 : 0;
+  const auto look_at = [&](std::uint32_t size, const auto& vertex_at) {
+    for (std::uint32_t begin = 0; begin < size; begin += kBlock) {
+      if (coding.roots.size() < count + kBlock) coding.roots.resize(2 * (count + kBlock));
+      CellCoding::Root* const roots = coding.roots.data();
+      for (std::uint32_t i = begin; i < std::min(size, begin + kBlock); ++i) {
+        const VertexId v = vertex_at(i);
+        roots[count].vertex = v;
+        count += state.vertices[v].context.next == generation ? 1 : 0;
+      }
     }
+  };
+  look_at(vertices.initial.size(), [at = vertices.initial.data()](std::uint32_t i) { return at[i]; });
+  if (vertices.slots.empty()) {
+    look_at(vertices.made, [first = vertices.first_new](std::uint32_t i) { return first + i; });
+  } else {
+    look_at(vertices.made, [at = vertices.slots.data()](std::uint32_t i) { return at[i]; });
   }
   coding.root_count = count;
 }

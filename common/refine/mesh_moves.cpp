@@ -51,7 +51,7 @@ bool ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generatio
 
 // Once only, however often it is tried.
 void ProgressiveMesh::wait_for(std::uint32_t cell_number, std::uint32_t lagging) {
-  std::vector<std::uint32_t>& waiting = cells_[lagging].live->waiting;
+  CompactList<std::uint32_t>& waiting = cells_[lagging].live->waiting;
   if (std::find(waiting.begin(), waiting.end(), cell_number) == waiting.end()) waiting.push_back(cell_number);
 }
 
@@ -264,8 +264,8 @@ std::uint64_t ProgressiveMesh::coarsen_to(std::uint32_t generation) {
 void ProgressiveMesh::set_all_targets(std::uint32_t segments) {
   targets_set_ = true;
   for (std::uint32_t c = 0; c < cells_.size(); ++c) {
-    if (cells_[c].target == segments) continue;
-    cells_[c].target = segments;
+    if (cells_[c].target() == segments) continue;
+    cells_[c].set_target(segments);
     update_limit(c);
     if (cells_[c].live && cells_[c].done > cells_[c].limit) excess_.push_back(c);
   }
@@ -275,7 +275,7 @@ MeshMove ProgressiveMesh::move_to(std::span<const CellTarget> targets, std::uint
   targets_set_ = true;
   for (const CellTarget& t : targets) {
     CellProgress& cell = cells_[t.cell];
-    cell.target = t.segments;
+    cell.set_target(t.segments);
     update_limit(t.cell);
     if (cell.live && cell.done > cell.limit) excess_.push_back(t.cell);
   }

@@ -71,7 +71,7 @@ void ProgressiveMesh::find_neighbours(std::uint32_t cell_number) {
     });
   }
   std::sort(found.begin(), found.end());
-  cell.neighbours.assign(found.begin(), std::unique(found.begin(), found.end()));
+  cell.neighbours.assign({found.begin(), std::unique(found.begin(), found.end())});
 }
 
 // The children of a complete cell take its place beside others. Splits change nothing about who is beside whom: each
@@ -79,7 +79,8 @@ void ProgressiveMesh::find_neighbours(std::uint32_t cell_number) {
 void ProgressiveMesh::hand_over_neighbours(std::uint32_t parent) {
   const CellEntry& entry = index_->cells[parent];
   const std::uint32_t end = entry.first_child + entry.child_count;
-  for (const std::uint32_t n : cells_[parent].live->neighbours) std::erase(cells_[n].live->neighbours, parent);
+  for (const std::uint32_t n : cells_[parent].live->neighbours)
+    cells_[n].live->neighbours.erase_if([parent](std::uint32_t c) { return c == parent; });
   cells_[parent].live->neighbours = {};
   for (std::uint32_t child = entry.first_child; child < end; ++child) {
     find_neighbours(child);
@@ -102,9 +103,9 @@ void ProgressiveMesh::take_back_neighbours(std::uint32_t parent) {
     std::copy_if(neighbours.begin(), neighbours.end(), std::back_inserter(all), [&](auto n) { return !is_child(n); });
   }
   std::sort(all.begin(), all.end());
-  cells_[parent].live->neighbours.assign(all.begin(), std::unique(all.begin(), all.end()));
+  cells_[parent].live->neighbours.assign({all.begin(), std::unique(all.begin(), all.end())});
   for (const std::uint32_t n : cells_[parent].live->neighbours) {
-    std::erase_if(cells_[n].live->neighbours, is_child);
+    cells_[n].live->neighbours.erase_if(is_child);
     cells_[n].live->neighbours.push_back(parent);
   }
 }
@@ -166,7 +167,7 @@ void ProgressiveMesh::update_limit(std::uint32_t cell_number) {
   const std::uint8_t reach = generation_with(held);
   const bool further = reach > cell.reach;
   cell.reach = reach;
-  cell.limit = generation_with(std::min(cell.target, held));
+  cell.limit = generation_with(std::min(cell.target(), held));
   queue(cell_number);
   if (further && meaning_ == TargetMeaning::wanted && cell.live) wake_waiting(cell_number);
 }
@@ -334,7 +335,6 @@ void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target,
 void ProgressiveMesh::note_change(std::uint32_t cell_number) {
   if (!watched()) return;
   CellProgress& cell = cells_[cell_number];
-  if (cell.live) cell.live->bounds_known = false;
   if (cell.changed) return;
   cell.changed = true;
   changed_.push_back(cell_number);
@@ -351,13 +351,8 @@ std::vector<std::uint32_t> ProgressiveMesh::take_changed_cells() {
   return std::exchange(changed_, {});
 }
 
-const CellBounds& ProgressiveMesh::bounds(std::uint32_t cell) const {
-  const LiveCell& live = *cells_[cell].live;
-  if (!live.bounds_known) {
-    live.bounds = cell_bounds(state_, live.vertices, head_->grid, scratch_);
-    live.bounds_known = true;
-  }
-  return live.bounds;
+CellBounds ProgressiveMesh::bounds(std::uint32_t cell) const {
+  return cell_bounds(state_, cells_[cell].live->vertices, head_->grid, scratch_);
 }
 
 std::uint32_t ProgressiveMesh::applied_prefix(std::uint32_t cell) const {

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "common/asset/asset_layout.h"
+#include "common/refine/cell_bounds.h"
 #include "common/refine/cell_coder.h"
 #include "common/refine/held_segments.h"
 #include "common/refine/live_cell.h"
@@ -128,7 +129,7 @@ class ProgressiveMesh {
   //
   // Whether the cell owns vertices of the mesh, if it has any: its parent is complete, it is not (or has no children).
   bool is_live(std::uint32_t cell) const { return cells_[cell].live && !cells_[cell].live->has_children; }
-  std::uint32_t target(std::uint32_t cell) const { return cells_[cell].target; }
+  std::uint32_t target(std::uint32_t cell) const { return cells_[cell].target(); }
   std::uint32_t held_prefix(std::uint32_t cell) const { return held_.prefix(cell); }
   std::uint32_t applied_prefix(std::uint32_t cell) const;  // whole segments
   std::uint32_t begun_prefix(std::uint32_t cell) const;    // those of which the first generation is applied
@@ -153,8 +154,8 @@ class ProgressiveMesh {
   // beyond the other cell's slab, a descendant of it will.
   void find_needs(std::uint32_t cell, std::vector<Support>& found) const;
   const CellVertices& vertices(std::uint32_t cell) const { return cells_[cell].live->vertices; }  // of a live cell
-  // Of a live cell. Computed when it is asked for, and again only after the cell or a neighbour has changed.
-  const CellBounds& bounds(std::uint32_t cell) const;
+  // Of a live cell. Computed each time: they change with the cell and its neighbours only.
+  CellBounds bounds(std::uint32_t cell) const;
   // The cells of which live or not, prefixes, neighbours or bounds may have changed since the last call, each once, in
   // no order. The first call names those that were ever touched.
   std::vector<std::uint32_t> take_changed_cells();
