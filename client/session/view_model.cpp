@@ -33,6 +33,7 @@ Result<void> ViewModel::set_index(std::shared_ptr<const AssetIndex> index, const
   table_ = std::move(*table);
   targets_.assign(index->cells.size(), 0);
   index_ = std::make_shared<AssetIndex>(*index);
+  std::vector<std::uint64_t>().swap(index_->segment_offsets);  // the file is the server's
   mesh_.set_index(index_);
   const std::size_t owners =
       index_->has_page(index_->first_page_owner) ? index_->first_paged - index_->first_page_owner : 0;

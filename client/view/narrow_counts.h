@@ -23,7 +23,7 @@ class NarrowCounts {
   void set(std::size_t i, std::uint32_t count) {
     if (count > 0xFFFFU && wide_.empty()) {
       wide_.assign(narrow_.begin(), narrow_.end());
-      narrow_ = {};
+      std::vector<std::uint16_t>().swap(narrow_);
     }
     if (wide_.empty()) {
       narrow_[i] = static_cast<std::uint16_t>(count);

@@ -119,7 +119,7 @@ void ThresholdPass::pack(Block& block) {
   std::uint32_t count = 0;
   for (std::uint32_t g = generations; g > 0; --g) count += std::exchange(ends[g - 1], count);
   if (count > block.edges.capacity()) {
-    block.edges = {};
+    std::vector<Edge>().swap(block.edges);
     block.edges.reserve(count + count / 8);
   }
   block.edges.resize(count);

@@ -220,9 +220,9 @@ class Received {
     }
   }
   void take_polygons() {
-    const SegmentEntry& entry = asset.index->polygons;
-    EXPECT_TRUE(live->add_segment(asset.index->polygon_cell(), 0,
-                                  std::span(asset.bytes).subspan(entry.offset, entry.size_bytes)));
+    const std::span<const std::byte> bytes =
+        std::span(asset.bytes).subspan(asset.index->polygon_offset, asset.index->polygons.size_bytes);
+    EXPECT_TRUE(live->add_segment(asset.index->polygon_cell(), 0, bytes));
   }
   void refine_all() {
     live->set_all_targets(ProgressiveMesh::kEverySegment);

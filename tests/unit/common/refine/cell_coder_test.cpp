@@ -56,7 +56,7 @@ void expect_known_places(const FanState& state) {
 // Every second vertex or so in the cell, all others in another.
 CellVertices random_cell(FanState& state, VertexId vertices, SeededRandom& random) {
   CellVertices cell{7, {}, vertices, 0, kMostSplits};
-  std::vector<VertexId> others;
+  CompactList<VertexId> others;
   for (VertexId v = 0; v < vertices; ++v) (random.one_in(3) ? others : cell.initial).push_back(v);
   state.set_cell(7, cell.initial);
   state.set_cell(3, others);
