@@ -402,6 +402,7 @@ class IndexReader {
   void add_cells(std::uint32_t slab, std::uint64_t count) {
     const std::uint32_t layers = head_.layers_of(slab);
     auto segment = static_cast<std::uint32_t>(index_.segments.size());
+    index_.cells.reserve(index_.cells.size() + static_cast<std::size_t>(count));
     for (std::uint64_t i = 0; i < count; ++i, segment += layers) {
       CellEntry& cell = index_.cells.emplace_back();
       cell.slab = slab;
