@@ -82,8 +82,10 @@ class CellTable {
   std::uint32_t step_count() const { return static_cast<std::uint32_t>(errors_.size()); }
   std::uint32_t slab_of(std::uint32_t cell) const { return slab_of_[cell]; }
   std::uint32_t parent(std::uint32_t cell) const { return parent_[cell]; }  // kNoCell in slab 0
-  std::uint32_t first_child(std::uint32_t cell) const { return first_child_[cell]; }
-  std::uint32_t child_count(std::uint32_t cell) const { return child_count_[cell]; }
+  std::uint32_t first_child(std::uint32_t cell) const { return has_children(cell) ? first_child_[cell] : 0; }
+  std::uint32_t child_count(std::uint32_t cell) const {
+    return has_children(cell) ? first_child_[cell + 1] - first_child_[cell] : 0;
+  }
   std::uint32_t segment_count(std::uint32_t cell) const { return slabs_[slab_of_[cell]].layer_count; }
   std::uint32_t first_cell(std::uint32_t slab) const { return slabs_[slab].first_cell; }
   std::uint32_t cells_of(std::uint32_t slab) const { return slabs_[slab].cell_count; }
@@ -132,16 +134,21 @@ class CellTable {
   std::uint32_t begun(std::uint32_t cell) const { return begun_[cell]; }
   // What is held, with empty segments that follow: they need not be sent.
   std::uint32_t held(std::uint32_t cell) const;
-  bool extent_known(std::uint32_t cell) const { return extent_epoch_[cell] != 0; }
+  bool extent_known(std::uint32_t cell) const { return extent_numbers_[cell] != kNoExtent; }
+  // Cells are numbered in the order in which their extents became known.
+  std::uint32_t extent_count() const { return static_cast<std::uint32_t>(extents_.size()); }
+  std::uint32_t extent_number(std::uint32_t cell) const { return extent_numbers_[cell]; }
   CellExtent extent(std::uint32_t cell) const;
-  std::uint64_t extent_epoch(std::uint32_t cell) const { return extent_epoch_[cell]; }  // of the last change
+  std::uint64_t extent_epoch(std::uint32_t cell) const {  // of the last change, 0 where none is known
+    return extent_known(cell) ? extents_[extent_numbers_[cell]].epoch : 0;
+  }
   std::uint64_t epoch() const { return epoch_; }  // rises with every change of the state
 
   // By falling generation, then by cell.
   std::span<const Dependency> needs(std::uint32_t cell) const { return needs_[cell]; }
   std::span<const Dependency> supports(std::uint32_t cell) const { return supports_[cell]; }
-  // The epoch of the last change of the cell's needs or supports; the last of all cells.
-  std::uint64_t dependency_epoch(std::uint32_t cell) const { return dependency_epochs_[cell]; }
+  // The epoch of the last change of needs or supports of the cell or one numbered close to it; the last of all cells.
+  std::uint64_t dependency_epoch(std::uint32_t cell) const { return dependency_epochs_[cell / kEpochCells]; }
   std::uint64_t dependency_epoch() const { return dependency_epoch_; }
 
   // Calls f(cell, p) for each step of an earlier layer that step p of `cell` needs, as far as it is known.
@@ -187,14 +194,17 @@ class CellTable {
     float radius = 0.0F;
     glm::vec3 cone_axis{0.0F, 0.0F, 1.0F};
     float cone_cosine = -1.0F;
+    std::uint64_t epoch = 0;
   };
+  static constexpr std::uint32_t kNoExtent = 0xFFFFFFFFU;
+  static constexpr std::uint32_t kEpochCells = 16;
+  bool has_children(std::uint32_t cell) const { return cell + std::size_t{1} < first_child_.size(); }
   static void count_generations(Slab& slab);
 
   std::vector<Slab> slabs_;
   std::vector<std::uint8_t> slab_of_;
   std::vector<std::uint32_t> parent_;
-  std::vector<std::uint32_t> first_child_;
-  std::vector<std::uint32_t> child_count_;
+  std::vector<std::uint32_t> first_child_;  // of the cells of all slabs but the last, and the end
   std::vector<float> errors_;
   NarrowCounts sizes_bytes_;
   NarrowCounts triangles_;
@@ -209,12 +219,12 @@ class CellTable {
   std::uint64_t begun_bytes_ = 0;
   std::uint64_t held_bytes_ = 0;
   glm::dvec3 origin_{0.0};
+  std::vector<std::uint32_t> extent_numbers_;  // by cell, into extents_
   std::vector<KeptExtent> extents_;
-  std::vector<std::uint64_t> extent_epoch_;
   std::uint64_t epoch_ = 0;
   DependencyLists needs_;
   DependencyLists supports_;
-  std::vector<std::uint64_t> dependency_epochs_;
+  std::vector<std::uint64_t> dependency_epochs_;  // by kEpochCells cells
   std::uint64_t dependency_epoch_ = 0;
   std::vector<Dependency> scratch_;
 };

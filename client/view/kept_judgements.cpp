@@ -2,29 +2,36 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace fanstream {
 namespace {
 
-constexpr float kMost = std::numeric_limits<float>::max();
+constexpr double kMost = std::numeric_limits<float>::max();
+constexpr double kRounding = 1.2e-7;  // more than twice what single precision rounds by, at most
 
-float rounded(double value) { return static_cast<float>(std::clamp<double>(value, -kMost, kMost)); }
-
-float no_less(double value) {
-  const float near_by = rounded(value);
-  return near_by < value ? std::nextafter(near_by, kMost) : near_by;
-}
-
-float no_more(double value) {
-  const float near_by = rounded(value);
-  return near_by > value ? std::nextafter(near_by, -kMost) : near_by;
-}
+float rounded(double value) { return static_cast<float>(std::clamp(value, -kMost, kMost)); }
+float no_less(double value) { return rounded(value + std::abs(value) * kRounding); }
+float no_more(double value) { return rounded(value - std::abs(value) * kRounding); }
 
 }  // namespace
 
-CellJudgement KeptJudgements::operator[](std::size_t cell) const {
-  const Kept& kept = cells_[cell];
-  return {{kept.scale_px, kept.depth, kept.slant, near_},
+void KeptJudgements::begin(const CellJudgement& anywhere) {
+  anywhere_ = anywhere;
+  kept_.resize(table_.extent_count());
+}
+
+CellJudgement KeptJudgements::operator[](std::uint32_t cell) const {
+  if (!table_.extent_known(cell)) {
+    const std::uint32_t parent = table_.parent(cell);
+    if (parent == CellTable::kNoCell) return anywhere_;
+    CellJudgement judgement = (*this)[parent];  // as deep as there are slabs
+    judgement.weight = judgement.weight_within;
+    judgement.area_px /= table_.child_count(parent);
+    return judgement;
+  }
+  const Kept& kept = kept_[table_.extent_number(cell)];
+  return {{kept.scale_px, kept.depth, kept.slant, anywhere_.error.near},
           kept.weight,
           kept.weight_within,
           kept.area_px,
@@ -32,9 +39,9 @@ CellJudgement KeptJudgements::operator[](std::size_t cell) const {
           kept.facing};
 }
 
-void KeptJudgements::set(std::size_t cell, const CellJudgement& judgement) {
+void KeptJudgements::set(std::uint32_t cell, const CellJudgement& judgement) {
   const ProjectedError& error = judgement.error;
-  cells_[cell] = {
+  kept_[table_.extent_number(cell)] = {
       no_less(error.scale_px),          no_more(error.depth),       no_more(error.slant), rounded(judgement.weight),
       rounded(judgement.weight_within), rounded(judgement.area_px), judgement.in_frustum, judgement.facing};
 }

@@ -3,25 +3,26 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
+#include "client/view/cell_table.h"
 #include "client/view/criteria.h"
 
 namespace fanstream {
 
-// Judgements of one view at half their size: in single precision, errors rounded to what is no better. Thread safety:
-// like a standard container.
+// The judgements of one view on the cells whose extents are known, at half their size: in single precision, errors
+// rounded to what is no better. A cell without counts as lying anywhere in its parent, and one of slab 0 as lying
+// anywhere. Not thread safe.
 class KeptJudgements {
  public:
-  // `near`: that of all the view's judgements.
-  void resize(std::size_t cells, double near) {
-    cells_.resize(cells);
-    near_ = near;
-  }
-  std::size_t size() const { return cells_.size(); }
-  CellJudgement operator[](std::size_t cell) const;
-  void set(std::size_t cell, const CellJudgement& judgement);
+  explicit KeptJudgements(const CellTable& table) : table_(table) {}  // which must outlive it
+
+  // To be called first, when the view or the extents that are known have changed. `anywhere`: ViewJudge's.
+  void begin(const CellJudgement& anywhere);
+  // Precondition: the cell's extent is known.
+  void set(std::uint32_t cell, const CellJudgement& judgement);
+  // Precondition: the extent has been judged, if it is known; else those of the cells that it comes from.
+  CellJudgement operator[](std::uint32_t cell) const;
 
  private:
   struct Kept {
@@ -34,8 +35,9 @@ class KeptJudgements {
     bool in_frustum = true;
     Facing facing = Facing::unknown;
   };
-  std::vector<Kept> cells_;
-  double near_ = 1.0;
+  const CellTable& table_;
+  std::vector<Kept> kept_;  // by CellTable::extent_number
+  CellJudgement anywhere_;
 };
 
 }  // namespace fanstream

@@ -40,7 +40,7 @@ Result<void> check_options(const PlanOptions& options) {
 }
 
 struct Planner::State {
-  explicit State(const CellTable& cells) : table(cells), threshold_pass(cells) {}
+  explicit State(const CellTable& cells) : table(cells), judgements(cells), threshold_pass(cells) {}
 
   void hold(const PlanOptions& options, std::string reason);
   void judge_cells(const ViewJudge& judge, bool all);
@@ -138,7 +138,7 @@ void Planner::State::hold(const PlanOptions& options, std::string reason) {
 
 void Planner::State::judge_cells(const ViewJudge& judge, bool all) {
   const std::uint32_t count = table.cell_count();
-  judgements.resize(count, judge.anywhere().error.near);
+  judgements.begin(judge.anywhere());
   fresh.assign(count, 0);
   std::uint64_t known = 0;
   for (std::uint32_t c = 0; c < count; ++c) {
@@ -151,14 +151,8 @@ void Planner::State::judge_cells(const ViewJudge& judge, bool all) {
       if (parent != CellTable::kNoCell) narrow(judgement, judgements[parent]);
       judgements.set(c, judgement);
       fresh[c] = 1;
-    } else if (parent == CellTable::kNoCell) {
-      judgements.set(c, judge.anywhere());
-    } else if (all || parent_fresh) {
-      CellJudgement judgement = judgements[parent];
-      judgement.weight = judgement.weight_within;
-      judgement.area_px /= table.child_count(parent);
-      judgements.set(c, judgement);
-      fresh[c] = 1;
+    } else if (parent != CellTable::kNoCell && (all || parent_fresh)) {
+      fresh[c] = 1;  // with its parent
     }
   }
   if (known != known_extents) cut = 0.0F;
@@ -301,6 +295,7 @@ void Planner::State::state_errors() {
     const std::uint32_t parent = table.parent(c);
     planned_live[c] = parent == CellTable::kNoCell ||
                       (planned_live[parent] != 0 && whole_targets[parent] == table.segment_count(parent));
+    if (live[c] == 0 && planned_live[c] == 0) continue;
     const CellJudgement judgement = judgements[c];
     if (!judgement.in_frustum) continue;
     const bool seen = judgement.can_be_seen();

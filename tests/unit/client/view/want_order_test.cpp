@@ -31,9 +31,11 @@ class Row {
   }
   std::vector<Want> order() const {
     std::vector<Want> wants;
-    KeptJudgements kept;
-    kept.resize(judgements.size(), judgements.front().error.near);
-    for (std::size_t c = 0; c < judgements.size(); ++c) kept.set(c, judgements[c]);
+    CellTable known = table;
+    for (std::uint32_t c = 0; c < judgements.size(); ++c) known.set_extent(c, {});
+    KeptJudgements kept(known);
+    kept.begin({{1.0, 1.0, 1.0, 1e-3}, 1.0, 1.0, 1.0});
+    for (std::uint32_t c = 0; c < judgements.size(); ++c) kept.set(c, judgements[c]);
     StepThresholds levels;
     levels.resize(table);
     EXPECT_EQ(levels.values.size(), thresholds.size());
