@@ -44,8 +44,7 @@ std::uint32_t ProgressiveMesh::segment_of(std::uint32_t cell, std::uint32_t gene
 
 void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std::uint32_t first, std::uint32_t count,
                                   std::uint32_t slab) {
-  auto groups =
-      partition_vertices({parent_vertices.begin(), parent_vertices.end()}, state_.vertices, head_->grid.unit(), count);
+  auto groups = partition_vertices(parent_vertices, state_.vertices, head_->grid.unit(), count);
   for (std::uint32_t i = 0; i < count; ++i) {
     CellProgress& cell = cells_[first + i];
     const CellEntry& entry = index_->cells[first + i];
