@@ -181,6 +181,7 @@ void CellTable::set_extent(std::uint32_t cell, const CellExtent& extent) {
   assert(cell < cell_count());
   if (!extent_known(cell)) {
     extent_numbers_[cell] = extent_count();
+    if (extents_.size() == extents_.capacity()) extents_.reserve(extents_.size() + extents_.size() / 4 + 16);
     extents_.emplace_back();
   }
   KeptExtent& kept = extents_[extent_numbers_[cell]];
