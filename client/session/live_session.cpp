@@ -113,12 +113,12 @@ class LiveSession final : public ViewSession {
   Result<void> take_index(std::span<const std::byte> bytes) {
     Result<AssetIndex> index = read_index(bytes, preamble_, *head_, "the index");
     if (!index) return tl::unexpected(index.error());
-    auto shared = std::make_shared<const AssetIndex>(std::move(*index));
-    if (Result<void> set = model_->set_index(shared, "the index"); !set) return set;
-    if (Result<void> used = transport_->use_index(*shared); !used) return used;
-    wanted_.assign(shared->cells.size() + 1, 0);  // with the polygons' own
+    if (Result<void> used = transport_->use_index(*index); !used) return used;
+    if (Result<void> set = model_->set_index(std::move(*index), "the index"); !set) return set;
+    const AssetIndex& kept = model_->mesh().index();
+    wanted_.assign(kept.cells.size() + 1, 0);  // with the polygons' own
     model_->want_polygons(smoother_.has_value());
-    if (smoother_) finest_need_.emplace(*head_, *shared);
+    if (smoother_) finest_need_.emplace(*head_, kept);
     return plan_and_ask();
   }
 

@@ -27,12 +27,13 @@ void enclose(CellExtent& extent, const glm::dvec3& center, double radius) {
 
 ViewModel::ViewModel(std::shared_ptr<const AssetHead> head) : mesh_(std::move(head), MeshMemory::live_part) {}
 
-Result<void> ViewModel::set_index(std::shared_ptr<const AssetIndex> index, const std::string& name) {
-  Result<CellTable> table = cell_table_of(mesh_.head(), *index, name);
+Result<void> ViewModel::set_index(AssetIndex index, const std::string& name) {
+  std::vector<std::uint64_t>().swap(index.segment_offsets);  // the file is the server's
+  Result<CellTable> table = cell_table_of(mesh_.head(), index, name);
   if (!table) return tl::unexpected(table.error());
   table_ = std::move(*table);
-  targets_.assign(index->cells.size(), 0);
-  index_ = std::make_shared<AssetIndex>(*index);
+  targets_.assign(index.cells.size(), 0);
+  index_ = std::make_shared<AssetIndex>(std::move(index));
   mesh_.set_index(index_);
   const std::size_t owners =
       index_->has_page(index_->first_page_owner) ? index_->first_paged - index_->first_page_owner : 0;

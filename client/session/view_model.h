@@ -30,11 +30,14 @@ class ViewModel {
 
   // Call once. Fails (bad_input, starting with `name`) where the index's bounds rise from coarse to fine, which its
   // reader lets pass.
-  Result<void> set_index(std::shared_ptr<const AssetIndex> index, const std::string& name);
+  Result<void> set_index(AssetIndex index, const std::string& name);
+  Result<void> set_index(const std::shared_ptr<const AssetIndex>& index, const std::string& name) {
+    return set_index(AssetIndex(*index), name);
+  }
   bool has_index() const { return planner_ != nullptr; }
 
-  // As of ProgressiveMesh, or a page: then the cell's children become known, here and in mesh().index(), which is a
-  // copy of the index that was set. A segment that does not come next in its cell is kept for when it does.
+  // As of ProgressiveMesh, or a page: then the cell's children become known, here and in mesh().index(), which is
+  // not the index that was set. A segment that does not come next in its cell is kept for when it does.
   Result<void> add_segment(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
 
   // Precondition of all that follow: has_index().

@@ -11,6 +11,11 @@ float no_less(double error) {
   return rounded < error ? std::nextafter(rounded, INFINITY) : rounded;
 }
 
+glm::dvec3 middle_of(const PositionGrid& grid) {
+  const GridPoint last(grid.code_count(0) - 1, grid.code_count(1) - 1, grid.code_count(2) - 1);
+  return 0.5 * (grid.decode(GridPoint(0)) + grid.decode(last));
+}
+
 void set_page(const AssetHead& head, const AssetIndex& index, std::uint32_t cell, CellTable& table) {
   const CellEntry& entry = index.cells[cell];
   table.set_segment(cell, entry.segment_count,
@@ -59,6 +64,7 @@ Result<CellTable> cell_table_of(const AssetHead& head, const AssetIndex& index, 
   }
   for (std::uint32_t c = 0; c < index.cells.size(); ++c) set_segments(head, index, c, *table);
   table->set_base(head.base.triangles.size(), 0);
+  table->set_origin(middle_of(head.grid));
   if (Result<void> errors = table->check_errors(); !errors) return tl::unexpected(with_context(errors.error(), name));
   return table;
 }

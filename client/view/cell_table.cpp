@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <tuple>
 
 namespace fanstream {
@@ -13,6 +14,7 @@ namespace {
 constexpr std::uint64_t kMostCells = 1U << 22;
 constexpr std::uint32_t kMostLayers = 250;  // of all slabs together
 constexpr std::size_t kMostSlabs = 255;
+constexpr float kConeRounding = 1e-6F;  // more than the angle by which a rounded axis is off
 
 // Finest first. What a coarser generation needs already is not needed again.
 void sort_and_prune(std::vector<Dependency>& list) {
@@ -49,6 +51,7 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
     made.cell_count = slab.cell_count;
     made.layer_count = slab.layer_count;
     made.first_step = static_cast<std::uint32_t>(steps);
+    made.first_layer = layers;
     made.generations.assign(slab.layer_count, 1);
     count_generations(made);
     cells += slab.cell_count;
@@ -61,8 +64,7 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
                 fmt::format("cell table: {} counts of children for {} cells", child_counts.size(), inner));
   }
   table.parent_.assign(cells, kNoCell);
-  table.first_child_.assign(cells, 0);
-  table.child_count_.assign(cells, 0);
+  table.first_child_.reserve(inner + 1);
   table.slab_of_.resize(cells);
   for (std::uint32_t s = 0; s < table.slabs_.size(); ++s) {
     const Slab& slab = table.slabs_[s];
@@ -73,25 +75,24 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
     for (std::uint32_t c = slab.first_cell; c < slab.first_cell + slab.cell_count; ++c) {
       if (child_counts[c] > end - child)
         return fail(ErrorKind::bad_input, fmt::format("cell table: cell {} has children beyond slab {}", c, s + 1));
-      table.first_child_[c] = static_cast<std::uint32_t>(child);
-      table.child_count_[c] = child_counts[c];
+      table.first_child_.push_back(static_cast<std::uint32_t>(child));
       for (std::uint32_t i = 0; i < child_counts[c]; ++i) table.parent_[child++] = c;
     }
     if (child != end)
       return fail(ErrorKind::bad_input,
                   fmt::format("cell table: {} cells of slab {} lack a parent", end - child, s + 1));
   }
+  table.first_child_.push_back(static_cast<std::uint32_t>(cells));
   table.errors_.resize(steps);
   table.sizes_bytes_.resize(steps);
   table.triangles_.resize(steps);
   table.applied_.resize(cells);
   table.begun_.resize(cells);
   table.held_.resize(cells);
-  table.extents_.resize(cells);
-  table.extent_epoch_.resize(cells);
+  table.extent_numbers_.assign(cells, kNoExtent);
   table.needs_ = DependencyLists(cells);
   table.supports_ = DependencyLists(cells);
-  table.dependency_epochs_.resize(cells);
+  table.dependency_epochs_.resize((cells + kEpochCells - 1) / kEpochCells);
   table.epoch_ = 1;
   return table;
 }
@@ -107,8 +108,8 @@ void CellTable::set_segment(std::uint32_t cell, std::uint32_t segment, const Cel
   }
   if (is_held) held_bytes_ += std::uint64_t{values.size_bytes} - sizes_bytes_[step];
   errors_[step] = values.error;
-  sizes_bytes_[step] = values.size_bytes;
-  triangles_[step] = values.triangles;
+  sizes_bytes_.set(step, values.size_bytes);
+  triangles_.set(step, values.triangles);
   ++epoch_;
 }
 
@@ -178,8 +179,28 @@ void CellTable::set_held(std::uint32_t cell, std::uint32_t prefix) {
 
 void CellTable::set_extent(std::uint32_t cell, const CellExtent& extent) {
   assert(cell < cell_count());
-  extents_[cell] = extent;
-  extent_epoch_[cell] = ++epoch_;
+  if (!extent_known(cell)) {
+    extent_numbers_[cell] = extent_count();
+    if (extents_.size() == extents_.capacity()) extents_.reserve(extents_.size() + extents_.size() / 4 + 16);
+    extents_.emplace_back();
+  }
+  KeptExtent& kept = extents_[extent_numbers_[cell]];
+  const glm::dvec3 center = extent.center - origin_;
+  kept.center = center;
+  const double radius = extent.radius + glm::length(glm::dvec3(kept.center) + origin_ - extent.center);
+  kept.radius = static_cast<float>(radius);
+  if (kept.radius < radius) kept.radius = std::nextafter(kept.radius, INFINITY);
+  kept.cone_axis = extent.cone_axis;
+  kept.cone_cosine = static_cast<float>(extent.cone_cosine);
+  if (glm::dvec3(kept.cone_axis) != extent.cone_axis || kept.cone_cosine != extent.cone_cosine)
+    kept.cone_cosine = std::max(-1.0F, kept.cone_cosine - kConeRounding);
+  kept.epoch = ++epoch_;
+}
+
+CellExtent CellTable::extent(std::uint32_t cell) const {
+  if (!extent_known(cell)) return {};
+  const KeptExtent& kept = extents_[extent_numbers_[cell]];
+  return {glm::dvec3(kept.center) + origin_, kept.radius, kept.cone_axis, kept.cone_cosine};
 }
 
 void CellTable::set_supports(std::uint32_t cell, std::span<const Dependency> supports) {
@@ -189,7 +210,7 @@ void CellTable::set_supports(std::uint32_t cell, std::span<const Dependency> sup
   const std::span<const Dependency> before = supports_[cell];
   if (std::equal(scratch_.begin(), scratch_.end(), before.begin(), before.end())) return;
   supports_.set(cell, scratch_);
-  dependency_epochs_[cell] = dependency_epoch_ = ++epoch_;
+  dependency_epochs_[cell / kEpochCells] = dependency_epoch_ = ++epoch_;
 }
 
 void CellTable::add_needs(std::uint32_t cell, std::span<const Dependency> needs) {
@@ -206,14 +227,14 @@ void CellTable::add_needs(std::uint32_t cell, std::span<const Dependency> needs)
   sort_and_prune(scratch_);
   if (std::equal(scratch_.begin(), scratch_.end(), before.begin(), before.end())) return;
   needs_.set(cell, scratch_);
-  dependency_epochs_[cell] = dependency_epoch_ = ++epoch_;
+  dependency_epochs_[cell / kEpochCells] = dependency_epoch_ = ++epoch_;
 }
 
 float CellTable::error_at(std::uint32_t cell, std::uint32_t p) const {
   if (p < segment_count(cell)) return errors_[step_index(cell, p + 1)];
   float largest = 0.0F;
-  for (std::uint32_t i = 0; i < child_count_[cell]; ++i)
-    largest = std::max(largest, errors_[step_index(first_child_[cell] + i, 1)]);
+  for (std::uint32_t i = 0; i < child_count(cell); ++i)
+    largest = std::max(largest, errors_[step_index(first_child(cell) + i, 1)]);
   return largest;
 }
 

@@ -9,6 +9,7 @@
 
 #include "client/view/criteria.h"
 #include "client/view/dependency_lists.h"
+#include "client/view/narrow_counts.h"
 #include "common/support/result.h"
 
 namespace fanstream {
@@ -64,7 +65,10 @@ class CellTable {
   // when the cell disappears, and let it change in one direction only, only tighter or only wider, or a still camera
   // may not come to rest. A cell without counts as lying anywhere in its parent's; one of slab 0 without as being
   // everywhere.
+  //
+  // Kept in single precision about the origin, a little wider where that rounds.
   void set_extent(std::uint32_t cell, const CellExtent& extent);
+  void set_origin(const glm::dvec3& origin) { origin_ = origin; }  // of extents, before any is set: the model's middle
   // Adds to what is known to be needed by generations of a cell. What is implied by others is dropped; nothing else
   // ever is: so a still camera comes to rest, and one that comes back finds it. Each names another cell, of the same
   // slab and an earlier generation, or of a coarser slab.
@@ -78,8 +82,10 @@ class CellTable {
   std::uint32_t step_count() const { return static_cast<std::uint32_t>(errors_.size()); }
   std::uint32_t slab_of(std::uint32_t cell) const { return slab_of_[cell]; }
   std::uint32_t parent(std::uint32_t cell) const { return parent_[cell]; }  // kNoCell in slab 0
-  std::uint32_t first_child(std::uint32_t cell) const { return first_child_[cell]; }
-  std::uint32_t child_count(std::uint32_t cell) const { return child_count_[cell]; }
+  std::uint32_t first_child(std::uint32_t cell) const { return has_children(cell) ? first_child_[cell] : 0; }
+  std::uint32_t child_count(std::uint32_t cell) const {
+    return has_children(cell) ? first_child_[cell + 1] - first_child_[cell] : 0;
+  }
   std::uint32_t segment_count(std::uint32_t cell) const { return slabs_[slab_of_[cell]].layer_count; }
   std::uint32_t first_cell(std::uint32_t slab) const { return slabs_[slab].first_cell; }
   std::uint32_t cells_of(std::uint32_t slab) const { return slabs_[slab].cell_count; }
@@ -97,6 +103,14 @@ class CellTable {
     return slabs_[slab_of_[cell]].last_generation[p - 1];
   }
   bool joins_generations() const { return joins_generations_; }  // whether any layer has more than one
+  // Layers are counted over all slabs.
+  std::uint32_t layer_count() const {
+    return slabs_.empty() ? 0 : slabs_.back().first_layer + slabs_.back().layer_count;
+  }
+  std::uint32_t first_layer(std::uint32_t slab) const { return slabs_[slab].first_layer; }
+  std::uint32_t layer_of(std::uint32_t cell, std::uint32_t p) const {
+    return slabs_[slab_of_[cell]].first_layer + p - 1;
+  }
   // Of step 1 of the slab's first cell; the steps of one layer are cells_of(slab) apart from the next layer's.
   std::uint32_t first_step(std::uint32_t slab) const { return slabs_[slab].first_step; }
   std::uint32_t step_index(std::uint32_t cell, std::uint32_t p) const {
@@ -104,8 +118,8 @@ class CellTable {
     return slab.first_step + (p - 1) * slab.cell_count + (cell - slab.first_cell);
   }
   std::span<const float> errors() const { return errors_; }  // by step: before it is applied
-  std::span<const std::uint32_t> sizes_bytes() const { return sizes_bytes_; }
-  std::span<const std::uint32_t> triangles() const { return triangles_; }
+  const NarrowCounts& sizes_bytes() const { return sizes_bytes_; }
+  const NarrowCounts& triangles() const { return triangles_; }
   // How far the cell is off at prefix p; once complete, the most that any of its children is.
   float error_at(std::uint32_t cell, std::uint32_t p) const;
   std::uint64_t base_triangles() const { return base_triangles_; }
@@ -120,16 +134,21 @@ class CellTable {
   std::uint32_t begun(std::uint32_t cell) const { return begun_[cell]; }
   // What is held, with empty segments that follow: they need not be sent.
   std::uint32_t held(std::uint32_t cell) const;
-  bool extent_known(std::uint32_t cell) const { return extent_epoch_[cell] != 0; }
-  const CellExtent& extent(std::uint32_t cell) const { return extents_[cell]; }
-  std::uint64_t extent_epoch(std::uint32_t cell) const { return extent_epoch_[cell]; }  // of the last change
+  bool extent_known(std::uint32_t cell) const { return extent_numbers_[cell] != kNoExtent; }
+  // Cells are numbered in the order in which their extents became known.
+  std::uint32_t extent_count() const { return static_cast<std::uint32_t>(extents_.size()); }
+  std::uint32_t extent_number(std::uint32_t cell) const { return extent_numbers_[cell]; }
+  CellExtent extent(std::uint32_t cell) const;
+  std::uint64_t extent_epoch(std::uint32_t cell) const {  // of the last change, 0 where none is known
+    return extent_known(cell) ? extents_[extent_numbers_[cell]].epoch : 0;
+  }
   std::uint64_t epoch() const { return epoch_; }  // rises with every change of the state
 
   // By falling generation, then by cell.
   std::span<const Dependency> needs(std::uint32_t cell) const { return needs_[cell]; }
   std::span<const Dependency> supports(std::uint32_t cell) const { return supports_[cell]; }
-  // The epoch of the last change of the cell's needs or supports; the last of all cells.
-  std::uint64_t dependency_epoch(std::uint32_t cell) const { return dependency_epochs_[cell]; }
+  // The epoch of the last change of needs or supports of the cell or one numbered close to it; the last of all cells.
+  std::uint64_t dependency_epoch(std::uint32_t cell) const { return dependency_epochs_[cell / kEpochCells]; }
   std::uint64_t dependency_epoch() const { return dependency_epoch_; }
 
   // Calls f(cell, p) for each step of an earlier layer that step p of `cell` needs, as far as it is known.
@@ -164,21 +183,31 @@ class CellTable {
     std::uint32_t cell_count = 0;
     std::uint32_t layer_count = 0;
     std::uint32_t first_step = 0;
+    std::uint32_t first_layer = 0;
     std::vector<std::uint8_t> generations;  // by layer
     std::uint32_t generation_count = 0;
     std::vector<std::uint8_t> step_of;           // by generation, from the first
     std::vector<std::uint32_t> last_generation;  // by layer
   };
+  struct KeptExtent {
+    glm::vec3 center{0.0F};  // from the origin
+    float radius = 0.0F;
+    glm::vec3 cone_axis{0.0F, 0.0F, 1.0F};
+    float cone_cosine = -1.0F;
+    std::uint64_t epoch = 0;
+  };
+  static constexpr std::uint32_t kNoExtent = 0xFFFFFFFFU;
+  static constexpr std::uint32_t kEpochCells = 16;
+  bool has_children(std::uint32_t cell) const { return cell + std::size_t{1} < first_child_.size(); }
   static void count_generations(Slab& slab);
 
   std::vector<Slab> slabs_;
   std::vector<std::uint8_t> slab_of_;
   std::vector<std::uint32_t> parent_;
-  std::vector<std::uint32_t> first_child_;
-  std::vector<std::uint32_t> child_count_;
+  std::vector<std::uint32_t> first_child_;  // of the cells of all slabs but the last, and the end
   std::vector<float> errors_;
-  std::vector<std::uint32_t> sizes_bytes_;
-  std::vector<std::uint32_t> triangles_;
+  NarrowCounts sizes_bytes_;
+  NarrowCounts triangles_;
   std::uint64_t base_triangles_ = 0;
   std::uint64_t base_memory_bytes_ = 0;
   bool joins_generations_ = false;
@@ -189,12 +218,13 @@ class CellTable {
   std::uint64_t begun_triangles_ = 0;
   std::uint64_t begun_bytes_ = 0;
   std::uint64_t held_bytes_ = 0;
-  std::vector<CellExtent> extents_;
-  std::vector<std::uint64_t> extent_epoch_;
+  glm::dvec3 origin_{0.0};
+  std::vector<std::uint32_t> extent_numbers_;  // by cell, into extents_
+  std::vector<KeptExtent> extents_;
   std::uint64_t epoch_ = 0;
   DependencyLists needs_;
   DependencyLists supports_;
-  std::vector<std::uint64_t> dependency_epochs_;
+  std::vector<std::uint64_t> dependency_epochs_;  // by kEpochCells cells
   std::uint64_t dependency_epoch_ = 0;
   std::vector<Dependency> scratch_;
 };

@@ -6,20 +6,26 @@
 namespace fanstream {
 
 void DependencyLists::set(std::uint32_t cell, std::span<const Dependency> list) {
-  assert(cell < ends_.size());
-  std::vector<Dependency>& block = blocks_[cell / kBlockCells];
-  const std::uint32_t begin = begin_of(cell);
-  const std::uint32_t old_count = ends_[cell] - begin;
-  const auto count = static_cast<std::uint32_t>(list.size());
-  const auto place = block.begin() + begin;
-  if (count > old_count) {
-    std::copy_n(list.begin(), old_count, place);
-    block.insert(place + old_count, list.begin() + old_count, list.end());
-  } else {
-    block.erase(std::copy(list.begin(), list.end(), place), place + old_count);
+  assert(cell < cells_);
+  Block& block = blocks_[cell / kBlockCells];
+  if (block.ends.empty()) {
+    if (list.empty()) return;
+    block.ends.resize(kBlockCells);
   }
-  const std::size_t next_block = (cell / kBlockCells + std::size_t{1}) * kBlockCells;
-  for (std::size_t c = cell; c < std::min(next_block, ends_.size()); ++c) ends_[c] += count - old_count;
+  const std::uint32_t begin = block.begin_of(cell);
+  const std::uint32_t old_count = block.ends[cell % kBlockCells] - begin;
+  const auto count = static_cast<std::uint32_t>(list.size());
+  if (count > old_count) {
+    const std::size_t wanted = block.list.size() + count - old_count;
+    if (wanted > block.list.capacity()) block.list.reserve(wanted + wanted / 8);
+    const auto at = block.list.begin() + begin;
+    std::copy_n(list.begin(), old_count, at);
+    block.list.insert(at + old_count, list.begin() + old_count, list.end());
+  } else {
+    const auto at = block.list.begin() + begin;
+    block.list.erase(std::copy(list.begin(), list.end(), at), at + old_count);
+  }
+  for (std::uint32_t c = cell % kBlockCells; c < kBlockCells; ++c) block.ends[c] += count - old_count;
 }
 
 }  // namespace fanstream

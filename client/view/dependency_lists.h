@@ -21,19 +21,27 @@ struct Dependency {
 class DependencyLists {
  public:
   DependencyLists() = default;
-  explicit DependencyLists(std::size_t cells) : blocks_((cells + kBlockCells - 1) / kBlockCells), ends_(cells) {}
+  explicit DependencyLists(std::size_t cells) : blocks_((cells + kBlockCells - 1) / kBlockCells), cells_(cells) {}
   std::span<const Dependency> operator[](std::uint32_t cell) const {
-    const std::uint32_t begin = begin_of(cell);
-    return {blocks_[cell / kBlockCells].data() + begin, ends_[cell] - begin};
+    const Block& block = blocks_[cell / kBlockCells];
+    if (block.ends.empty()) return {};
+    const std::uint32_t begin = block.begin_of(cell);
+    return {block.list.data() + begin, block.ends[cell % kBlockCells] - begin};
   }
   // `list` must not be part of these lists.
   void set(std::uint32_t cell, std::span<const Dependency> list);
 
  private:
   static constexpr std::uint32_t kBlockCells = 64;
-  std::uint32_t begin_of(std::uint32_t cell) const { return cell % kBlockCells == 0 ? 0 : ends_[cell - 1]; }
-  std::vector<std::vector<Dependency>> blocks_;
-  std::vector<std::uint32_t> ends_;  // by cell, within its block
+  struct Block {
+    std::vector<Dependency> list;
+    std::vector<std::uint32_t> ends;  // by cell; empty where none of them has ever had any
+    std::uint32_t begin_of(std::uint32_t cell) const {
+      return cell % kBlockCells == 0 ? 0 : ends[cell % kBlockCells - 1];
+    }
+  };
+  std::vector<Block> blocks_;
+  std::size_t cells_ = 0;
 };
 
 }  // namespace fanstream

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "client/view/budget_cut.h"
+#include "client/view/kept_judgements.h"
 #include "client/view/step_thresholds.h"
 #include "client/view/want_order.h"
 
@@ -39,7 +40,7 @@ Result<void> check_options(const PlanOptions& options) {
 }
 
 struct Planner::State {
-  explicit State(const CellTable& cells) : table(cells), threshold_pass(cells) {}
+  explicit State(const CellTable& cells) : table(cells), judgements(cells), threshold_pass(cells) {}
 
   void hold(const PlanOptions& options, std::string reason);
   void judge_cells(const ViewJudge& judge, bool all);
@@ -47,8 +48,7 @@ struct Planner::State {
   void set_scales(const ViewJudge& judge, const PlanOptions& options);
   void choose_targets(const PlanOptions& options);
   void read_targets(const PlanOptions& options);
-  void count_targets(const PlanOptions& options, std::span<const float> levels, bool whole,
-                     std::vector<std::uint8_t>& counts);
+  void count_targets(const PlanOptions& options, bool whole, std::vector<std::uint8_t>& counts);
   void measure_targets();
   void cut_to_budget(const PlanOptions& options, bool memory, std::uint64_t room);
   std::uint64_t step_memory(const PlanOptions& options, std::uint32_t step) const;
@@ -71,7 +71,7 @@ struct Planner::State {
   float cut = 0.0F;  // the budgets' threshold: what has a lower or equal level is given up
   bool cut_by_memory = false;
 
-  std::vector<CellJudgement> judgements;
+  KeptJudgements judgements;
   std::vector<std::uint8_t> fresh;  // by cell: judged in this call
   std::vector<std::uint8_t> live;
   std::vector<std::uint8_t> planned_live;
@@ -138,7 +138,7 @@ void Planner::State::hold(const PlanOptions& options, std::string reason) {
 
 void Planner::State::judge_cells(const ViewJudge& judge, bool all) {
   const std::uint32_t count = table.cell_count();
-  judgements.resize(count);
+  judgements.begin(judge.anywhere());
   fresh.assign(count, 0);
   std::uint64_t known = 0;
   for (std::uint32_t c = 0; c < count; ++c) {
@@ -147,16 +147,12 @@ void Planner::State::judge_cells(const ViewJudge& judge, bool all) {
     if (table.extent_known(c)) {
       ++known;
       if (!all && !parent_fresh && table.extent_epoch(c) <= judged_epoch) continue;
-      judgements[c] = judge.judge(table.extent(c), table.errors()[table.step_index(c, 1)]);
-      if (parent != CellTable::kNoCell) narrow(judgements[c], judgements[parent]);
+      CellJudgement judgement = judge.judge(table.extent(c), table.errors()[table.step_index(c, 1)]);
+      if (parent != CellTable::kNoCell) narrow(judgement, judgements[parent]);
+      judgements.set(c, judgement);
       fresh[c] = 1;
-    } else if (parent == CellTable::kNoCell) {
-      judgements[c] = judge.anywhere();
-    } else if (all || parent_fresh) {
-      judgements[c] = judgements[parent];
-      judgements[c].weight = judgements[c].weight_within;
-      judgements[c].area_px /= table.child_count(parent);
-      fresh[c] = 1;
+    } else if (parent != CellTable::kNoCell && (all || parent_fresh)) {
+      fresh[c] = 1;  // with its parent
     }
   }
   if (known != known_extents) cut = 0.0F;
@@ -179,8 +175,10 @@ void Planner::State::find_live() {
 void Planner::State::set_scales(const ViewJudge& judge, const PlanOptions& options) {
   scales.resize(table.cell_count());
   scales.near = to_float(std::max(1e-30, judge.anywhere().error.near));
-  for (std::uint32_t c = 0; c < table.cell_count(); ++c)
-    scales.set(c, judgements[c].error, live[c] != 0 || options.speculate ? judgements[c].weight : 0.0);
+  for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
+    const CellJudgement judgement = judgements[c];
+    scales.set(c, judgement.error, live[c] != 0 || options.speculate ? judgement.weight : 0.0);
+  }
 }
 
 // See SCHEDULING.md: what is above the tolerance, what is applied and above the coarsening tolerance, less what budgets
@@ -196,7 +194,7 @@ void Planner::State::choose_targets(const PlanOptions& options) {
     plan.limitation = Limitation::base_over_budget;
     plan.reason = fmt::format("the base mesh alone takes {} triangles and {} bytes, more than the budget",
                               table.base_triangles(), base_memory);
-    for (const float threshold : thresholds.begun) cut = std::max(cut, threshold);
+    for (const float threshold : thresholds.values) cut = std::max(cut, threshold);
     std::fill(plan.targets.begin(), plan.targets.end(), std::uint8_t{0});
     whole_targets = plan.targets;
     measure_targets();
@@ -216,20 +214,22 @@ void Planner::State::choose_targets(const PlanOptions& options) {
 }
 
 void Planner::State::read_targets(const PlanOptions& options) {
-  count_targets(options, thresholds.begun, false, plan.targets);
+  count_targets(options, false, plan.targets);
   if (table.joins_generations()) {
-    count_targets(options, thresholds.whole, true, whole_targets);
+    count_targets(options, true, whole_targets);
   } else {
     whole_targets = plan.targets;
   }
 }
 
-void Planner::State::count_targets(const PlanOptions& options, std::span<const float> levels, bool whole,
-                                   std::vector<std::uint8_t>& counts) {
-  count_steps_above(table, levels, std::max(to_float(options.tolerance_px), cut), 1.0F, counts);
-  count_steps_above(table, levels, to_float(options.tolerance_px * options.coarsen_ratio), 1.0F, kept);
+void Planner::State::count_targets(const PlanOptions& options, bool whole, std::vector<std::uint8_t>& counts) {
+  const auto count = [&](float level, float factor, std::vector<std::uint8_t>& above) {
+    count_steps_above(table, thresholds, whole ? thresholds.whole_rows : thresholds.begun_rows, level, factor, above);
+  };
+  count(std::max(to_float(options.tolerance_px), cut), 1.0F, counts);
+  count(to_float(options.tolerance_px * options.coarsen_ratio), 1.0F, kept);
   if (cut > 0.0F) {
-    count_steps_above(table, levels, cut, static_cast<float>(1.0 / options.budget_coarsen_ratio), kept_in_budget);
+    count(cut, static_cast<float>(1.0 / options.budget_coarsen_ratio), kept_in_budget);
     for (std::size_t c = 0; c < kept.size(); ++c) kept[c] = std::min(kept[c], kept_in_budget[c]);
   }
   for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
@@ -275,7 +275,7 @@ void Planner::State::cut_to_budget(const PlanOptions& options, bool memory, std:
   for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
     for (std::uint32_t p = 1; p <= plan.targets[c]; ++p) {
       const std::uint32_t step = table.step_index(c, p);
-      const float level = thresholds.begun[step] * (p <= table.begun(c) ? applied_factor : 1.0F);
+      const float level = thresholds.begun(table, c, p) * (p <= table.begun(c) ? applied_factor : 1.0F);
       budget_cut.add(level, memory ? step_memory(options, step) : table.triangles()[step]);
     }
   }
@@ -295,7 +295,8 @@ void Planner::State::state_errors() {
     const std::uint32_t parent = table.parent(c);
     planned_live[c] = parent == CellTable::kNoCell ||
                       (planned_live[parent] != 0 && whole_targets[parent] == table.segment_count(parent));
-    const CellJudgement& judgement = judgements[c];
+    if (live[c] == 0 && planned_live[c] == 0) continue;
+    const CellJudgement judgement = judgements[c];
     if (!judgement.in_frustum) continue;
     const bool seen = judgement.can_be_seen();
     const std::uint32_t applied = table.applied(c);
@@ -323,7 +324,7 @@ void Planner::State::choose_wants(const PlanOptions& options) {
   }
   plan.wants.clear();
   if (plan.missing_segments != 0)
-    want_order.order({table, judgements, thresholds.begun, held, plan.targets, live}, options, plan.wants);
+    want_order.order({table, judgements, thresholds, held, plan.targets, live}, options, plan.wants);
 }
 
 void Planner::State::choose_evictions(const PlanOptions& options) {
@@ -337,7 +338,7 @@ void Planner::State::choose_evictions(const PlanOptions& options) {
   budget_cut.clear();
   eviction_levels.assign(table.cell_count(), 0.0F);
   const auto level_of = [&](std::uint32_t cell, std::uint32_t p) {
-    const CellJudgement& judgement = judgements[cell];
+    const CellJudgement judgement = judgements[cell];
     const double px = judgement.error.px(table.errors()[table.step_index(cell, p)]);
     return std::max(eviction_levels[cell],
                     to_float(std::max(1e-30, px * std::max(kLeastKeepWeight, judgement.weight))));

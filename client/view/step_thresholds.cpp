@@ -11,7 +11,9 @@ namespace {
 constexpr double kHuge = 1e30;
 constexpr std::uint32_t kBlockCells = 64;
 
-void own_thresholds(const CellTable& table, const CellScales& scales, float floor, std::vector<float>& thresholds) {
+// A step's is that of its last generation; others have none of their own.
+void own_thresholds(const CellTable& table, const CellScales& scales, float floor, StepThresholds& thresholds) {
+  if (table.joins_generations()) std::fill(thresholds.values.begin(), thresholds.values.end(), 0.0F);
   const float near = scales.near;
   for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {
     const std::uint32_t count = table.cells_of(slab);
@@ -19,9 +21,9 @@ void own_thresholds(const CellTable& table, const CellScales& scales, float floo
     const float* depth = scales.depth.data() + table.first_cell(slab);
     const float* slant = scales.slant.data() + table.first_cell(slab);
     for (std::uint32_t layer = 0; layer < table.layers_of(slab); ++layer) {
-      const std::uint32_t row = table.first_step(slab) + layer * count;
-      const float* errors = table.errors().data() + row;
-      float* out = thresholds.data() + row;
+      const float* errors = table.errors().data() + table.first_step(slab) + layer * count;
+      float* out =
+          thresholds.values.data() + (thresholds.whole_rows[table.first_layer(slab) + layer] + table.first_cell(slab));
       for (std::uint32_t i = 0; i < count; ++i) {
         const float e = errors[i];
         const float distance = std::max(near, std::max(depth[i] - e, slant[i] - 2.0F * e));
@@ -36,6 +38,20 @@ void own_thresholds(const CellTable& table, const CellScales& scales, float floo
 void raise(float& threshold, float to) { threshold = std::max(threshold, to); }
 
 }  // namespace
+
+void StepThresholds::resize(const CellTable& table) {
+  begun_rows.clear();
+  whole_rows.clear();
+  std::uint32_t size = 0;
+  for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {
+    for (std::uint32_t layer = 0; layer < table.layers_of(slab); ++layer) {
+      begun_rows.push_back(size - table.first_cell(slab));
+      size += table.layer_generations(slab, layer) * table.cells_of(slab);
+      whole_rows.push_back(size - table.cells_of(slab) - table.first_cell(slab));
+    }
+  }
+  values.resize(size);
+}
 
 void CellScales::resize(std::size_t cells) {
   scale.resize(cells);
@@ -102,6 +118,10 @@ void ThresholdPass::pack(Block& block) {
   for_each_edge([&](std::uint32_t, const Dependency& d) { ++ends[d.generation - 1]; });
   std::uint32_t count = 0;
   for (std::uint32_t g = generations; g > 0; --g) count += std::exchange(ends[g - 1], count);
+  if (count > block.edges.capacity()) {
+    std::vector<Edge>().swap(block.edges);
+    block.edges.reserve(count + count / 8);
+  }
   block.edges.resize(count);
   for_each_edge([&](std::uint32_t cell, const Dependency& d) {
     block.edges[ends[d.generation - 1]++] = {place(block.slab, cell, d.generation),
@@ -135,51 +155,21 @@ void ThresholdPass::raise_by(std::uint32_t slab, std::uint32_t generation, float
 void ThresholdPass::run(const CellScales& scales, float floor, StepThresholds& thresholds) {
   place_generations();
   pack_changed();
-  thresholds.begun.resize(table_.step_count());
-  own_thresholds(table_, scales, floor, thresholds.begun);
-  const auto raise_all = [&](float* all) {
-    for (std::uint32_t slab = table_.slab_count(); slab-- > 0;) {
-      for (std::uint32_t g = table_.generations_of(slab); g > 0; --g) raise_by(slab, g, all);
-    }
-  };
-  if (!table_.joins_generations()) {
-    thresholds.whole.clear();
-    raise_all(thresholds.begun.data());
-    return;
+  thresholds.resize(table_);
+  own_thresholds(table_, scales, floor, thresholds);
+  for (std::uint32_t slab = table_.slab_count(); slab-- > 0;) {
+    for (std::uint32_t g = table_.generations_of(slab); g > 0; --g) raise_by(slab, g, thresholds.values.data());
   }
-  thresholds.whole.resize(table_.step_count());
-  generations_.clear();
-  // Row by row: steps, their first and their last generation.
-  const auto for_each_row = [&](const auto& f) {
-    for (std::uint32_t slab = 0, first = 0; slab < table_.slab_count(); ++slab) {
-      const std::uint32_t count = table_.cells_of(slab);
-      for (std::uint32_t layer = 0; layer < table_.layers_of(slab); ++layer) {
-        const std::uint32_t last = first + (table_.layer_generations(slab, layer) - 1) * count;
-        f(table_.first_step(slab) + layer * count, first, last, count);
-        first = last + count;
-      }
-    }
-  };
-  for_each_row([&](std::uint32_t steps, std::uint32_t, std::uint32_t last, std::uint32_t count) {
-    generations_.resize(last, 0.0F);
-    const float* own = thresholds.begun.data() + steps;
-    generations_.insert(generations_.end(), own, own + count);
-  });
-  raise_all(generations_.data());
-  for_each_row([&](std::uint32_t steps, std::uint32_t first, std::uint32_t last, std::uint32_t count) {
-    std::copy_n(generations_.data() + first, count, thresholds.begun.data() + steps);
-    std::copy_n(generations_.data() + last, count, thresholds.whole.data() + steps);
-  });
 }
 
-void count_steps_above(const CellTable& table, std::span<const float> thresholds, float level, float factor,
-                       std::vector<std::uint8_t>& counts) {
+void count_steps_above(const CellTable& table, const StepThresholds& thresholds, std::span<const std::uint32_t> rows,
+                       float level, float factor, std::vector<std::uint8_t>& counts) {
   counts.assign(table.cell_count(), 0);
   for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {
     const std::uint32_t cells = table.cells_of(slab);
     std::uint8_t* out = counts.data() + table.first_cell(slab);
     for (std::uint32_t layer = 0; layer < table.layers_of(slab); ++layer) {
-      const float* row = thresholds.data() + table.first_step(slab) + layer * cells;
+      const float* row = thresholds.values.data() + (rows[table.first_layer(slab) + layer] + table.first_cell(slab));
       for (std::uint32_t i = 0; i < cells; ++i) out[i] = static_cast<std::uint8_t>(out[i] + (row[i] * factor > level));
     }
   }

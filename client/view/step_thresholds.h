@@ -20,9 +20,22 @@ struct CellScales {
   void set(std::uint32_t cell, const ProjectedError& error, double weight);
 };
 
+// Of all generations of all cells. A step is begun when its first generation is in the mesh, so that its segment must
+// be held, and whole when its last one is.
 struct StepThresholds {
-  std::vector<float> begun;  // by step: that its first generation is in the mesh, so that its segment must be held
-  std::vector<float> whole;  // that all of it is; the same, and left empty, where no layer joins generations
+  std::vector<float> values;  // by slab, then by generation, then by cell
+  // By layer of all slabs: where in `values` cell 0 would be in the row of the layer's first generation, and of its
+  // last.
+  std::vector<std::uint32_t> begun_rows;
+  std::vector<std::uint32_t> whole_rows;
+
+  void resize(const CellTable& table);  // values that are new are 0
+  float begun(const CellTable& table, std::uint32_t cell, std::uint32_t p) const {
+    return values[begun_rows[table.layer_of(cell, p)] + cell];
+  }
+  float whole(const CellTable& table, std::uint32_t cell, std::uint32_t p) const {
+    return values[whole_rows[table.layer_of(cell, p)] + cell];
+  }
 };
 
 // A step is asked for by its weighted_px before it is taken, as a whole: in its last generation. A generation's
@@ -69,12 +82,11 @@ class ThresholdPass {
   std::vector<Block> blocks_;
   std::vector<std::uint32_t> first_block_;  // by slab, and the end
   std::uint64_t packed_epoch_ = 0;          // the table's dependencies that the blocks have
-  std::vector<float> generations_;          // where layers join several: the thresholds
 };
 
 // counts[cell] becomes how many of the cell's steps have a threshold above `level`; with a `factor`, thresholds are
-// multiplied by it first.
-void count_steps_above(const CellTable& table, std::span<const float> thresholds, float level, float factor,
-                       std::vector<std::uint8_t>& counts);
+// multiplied by it first. `rows`: begun_rows or whole_rows.
+void count_steps_above(const CellTable& table, const StepThresholds& thresholds, std::span<const std::uint32_t> rows,
+                       float level, float factor, std::vector<std::uint8_t>& counts);
 
 }  // namespace fanstream

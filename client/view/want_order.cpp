@@ -37,12 +37,15 @@ void WantOrder::collect(const WantInput& input, const PlanOptions& options) {
   }
   for (std::size_t i = 1; i < layer_begins_.size(); ++i) layer_begins_[i] += layer_begins_[i - 1];
   steps_.resize(layer_begins_.back());
-  slots_.resize(table.step_count());
+  slots_.resize(steps_.size());
+  first_slots_.resize(table.cell_count());
+  std::uint32_t slots = 0;
   const double speculation = options.speculation_weight;
   for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
     if (input.held[c] >= input.targets[c]) continue;
     const std::uint32_t layer = first_layers[table.slab_of(c)];
-    const CellJudgement& judgement = input.judgements[c];
+    const CellJudgement judgement = input.judgements[c];
+    first_slots_[c] = slots;
     const double weight = judgement.weight * (input.live[c] != 0 ? 1.0 : speculation);
     double px_before = judgement.error.px(table.error_at(c, input.held[c]));
     for (std::uint32_t p = input.held[c] + 1; p <= input.targets[c]; ++p) {
@@ -51,9 +54,10 @@ void WantOrder::collect(const WantInput& input, const PlanOptions& options) {
       const double px = judgement.error.px(table.error_at(c, p));
       const double gain_px = std::exchange(px_before, px) - px;
       Step& step = steps_[slot];
-      slots_[index] = slot;
+      slots_[slots++] = slot;
       const std::uint32_t bytes = table.sizes_bytes()[index];
-      step = {c, static_cast<std::uint8_t>(p), bytes == 0, input.thresholds[index], 0.0F, 0.0, 0.0, 0, 0, 0};
+      step = {c, static_cast<std::uint8_t>(p), bytes == 0, input.thresholds.begun(table, c, p), 0.0F, 0.0, 0.0, 0, 0,
+              0};
       if (input.live[c] == 0) step.threshold *= static_cast<float>(speculation);
       step.cost = bytes;
       step.worth = std::max(0.0, weight * gain_px * judgement.area_px);
@@ -72,11 +76,11 @@ void WantOrder::find_needs(const WantInput& input) {
     for (std::uint32_t p = input.held[c] + 1; p <= input.targets[c]; ++p) {
       for (const std::uint32_t last = table.last_generation(c, p); begin > 0 && needs[begin - 1].generation <= last;)
         --begin;
-      Step& step = steps_[slots_[table.step_index(c, p)]];
+      Step& step = steps_[slot_of(input, c, p)];
       step.needs_begin = static_cast<std::uint32_t>(needs_.size());
       table.for_each_dependency(c, p, needs.subspan(begin), [&](std::uint32_t cell, std::uint32_t q) {
         if (q <= input.held[cell] || q > input.targets[cell]) return;
-        const std::uint32_t slot = slots_[table.step_index(cell, q)];
+        const std::uint32_t slot = slot_of(input, cell, q);
         needs_.push_back(slot);
         ++steps_[slot].dependents;
       });
@@ -141,6 +145,7 @@ void WantOrder::order(const WantInput& input, const PlanOptions& options, std::v
   share_costs();
   raise_needs();
   sort(options);
+  wants.reserve(std::min<std::size_t>(steps_.size(), options.max_wants));
   for (const std::uint32_t i : sorted_) {
     if (wants.size() == options.max_wants) break;
     const Step& step = steps_[i];

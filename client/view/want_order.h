@@ -16,15 +16,16 @@
 #include <vector>
 
 #include "client/view/cell_table.h"
-#include "client/view/criteria.h"
+#include "client/view/kept_judgements.h"
 #include "client/view/planner.h"
+#include "client/view/step_thresholds.h"
 
 namespace fanstream {
 
 struct WantInput {
   const CellTable& table;
-  std::span<const CellJudgement> judgements;
-  std::span<const float> thresholds;      // by step
+  const KeptJudgements& judgements;
+  const StepThresholds& thresholds;
   std::span<const std::uint8_t> held;     // by cell
   std::span<const std::uint8_t> targets;  // by cell
   std::span<const std::uint8_t> live;     // by cell: 1 if it exists in the mesh
@@ -54,9 +55,14 @@ class WantOrder {
   void share_costs();
   void raise_needs();
   void sort(const PlanOptions& options);
-  std::vector<Step> steps_;           // coarse to fine
-  std::vector<std::uint32_t> slots_;  // by step of the table: its place in steps_, where it is missing
-  std::vector<std::uint32_t> needs_;  // slots of the missing steps that each step needs directly, cell by cell
+  std::vector<Step> steps_;  // coarse to fine
+  std::uint32_t slot_of(const WantInput& input, std::uint32_t cell, std::uint32_t p) const {
+    return slots_[first_slots_[cell] + p - input.held[cell] - 1];
+  }
+
+  std::vector<std::uint32_t> slots_;        // by cell, then by step: the places in steps_ of those that are missing
+  std::vector<std::uint32_t> first_slots_;  // by cell, into slots_
+  std::vector<std::uint32_t> needs_;        // slots of the missing steps that each step needs directly, cell by cell
   std::vector<std::uint32_t> layer_begins_;
   std::vector<std::uint32_t> keys_;
   std::vector<std::uint32_t> sorted_;

@@ -331,17 +331,18 @@ std::uint64_t place_layers(const AssetHead& head, AssetIndex& index, std::uint32
     for (const CellEntry& cell : index.cells) {
       if (cell.slab < first_slab || cell.slab >= end_slab) continue;
       for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
-        use(head.layer_begin(cell.slab) + s - first_layer, index.segments[cell.first_segment + s]);
+        use(head.layer_begin(cell.slab) + s - first_layer, cell.first_segment + s);
       }
     }
   };
-  each([&](std::uint32_t layer, const SegmentEntry& segment) { places[layer + 1] += segment.size_bytes; });
+  each([&](std::uint32_t layer, std::uint32_t s) { places[layer + 1] += index.segments[s].size_bytes; });
   places[0] = start;
   for (std::size_t l = 1; l < places.size(); ++l) places[l] += places[l - 1];
   const std::uint64_t end = places.back();
-  each([&](std::uint32_t layer, SegmentEntry& segment) {
-    segment.offset = places[layer];
-    places[layer] += segment.size_bytes;
+  if (index.segment_offsets.size() != index.segments.size()) return end;
+  each([&](std::uint32_t layer, std::uint32_t s) {
+    index.segment_offsets[s] = places[layer];
+    places[layer] += index.segments[s].size_bytes;
   });
   return end;
 }
@@ -401,13 +402,14 @@ class IndexReader {
   void add_cells(std::uint32_t slab, std::uint64_t count) {
     const std::uint32_t layers = head_.layers_of(slab);
     auto segment = static_cast<std::uint32_t>(index_.segments.size());
+    index_.cells.reserve(index_.cells.size() + static_cast<std::size_t>(count));
     for (std::uint64_t i = 0; i < count; ++i, segment += layers) {
       CellEntry& cell = index_.cells.emplace_back();
       cell.slab = slab;
       cell.first_segment = segment;
       cell.segment_count = layers;
     }
-    index_.segments.resize(segment, {0, kUnknownBytes, 0});
+    index_.segments.resize(segment, {kUnknownBytes, 0});
   }
 
   void adopt_children(std::uint32_t parents_first, std::uint32_t parents_end) {
@@ -467,6 +469,7 @@ class IndexReader {
 
   Result<AssetIndex> place_segments(const AssetPreamble& preamble) {
     const std::uint32_t slabs = head_.slab_count() - (head_.has_pages ? 1U : 0U);
+    index_.segment_offsets.resize(index_.segments.size());
     std::uint64_t at = place_layers(head_, index_, 0, slabs, preamble.head_bytes + preamble.index_bytes);
     if (head_.has_pages) {
       for (std::uint32_t c = index_.first_page_owner; c < index_.first_paged; ++c) {
@@ -481,7 +484,8 @@ class IndexReader {
     }
     index_.paged_offset = at;
     index_.paged_end = end - behind_bytes;
-    index_.polygons = {index_.paged_end, head_.polygon_bytes, 0};
+    index_.polygons = {head_.polygon_bytes, 0};
+    index_.polygon_offset = index_.paged_end;
     if (!head_.has_pages) return std::move(index_);
     for (std::uint32_t c = index_.first_page_owner; c < index_.first_paged; ++c) {
       if (index_.cells[c].child_count == 0 || index_.cells[c].page_bytes != 0) continue;

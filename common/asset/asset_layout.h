@@ -63,8 +63,6 @@ struct AssetHead {
 inline constexpr std::uint32_t kUnknownBytes = 0xFFFFFFFFU;
 
 struct SegmentEntry {
-  // In the file; segments lie by layer, then by cell. Of cells told by pages it is known when all pages are.
-  std::uint64_t offset = 0;
   std::uint32_t size_bytes = 0;  // kUnknownBytes before the cell is known
   // How far the cell, without this segment, may be off the original; see error_from_code. Never less than for a finer
   // segment of the cell or of its children.
@@ -106,8 +104,12 @@ struct AssetIndex {
   std::vector<std::uint8_t> base_next_splits;  // by vertex of FM0: the generation, or kNeverSplit
   std::vector<CellEntry> cells;                // by slab, then by parent
   std::vector<SegmentEntry> segments;          // by cell
+  // By segment: where it lies in the file, by layer, then by cell. Of cells told by pages it is known when all pages
+  // are. Empty where it has been forgotten.
+  std::vector<std::uint64_t> segment_offsets;
   // The polygon section, if size_bytes is not 0. To the protocol it is one more cell, behind the last, of one segment.
   SegmentEntry polygons;
+  std::uint64_t polygon_offset = 0;  // in the file
   std::uint32_t polygon_cell() const { return static_cast<std::uint32_t>(cells.size()); }
   bool is_polygons(std::uint32_t cell, std::uint32_t segment) const {
     return cell == cells.size() && segment == 0 && polygons.size_bytes != 0;
@@ -140,10 +142,11 @@ struct AssetIndex {
     const CellEntry& entry = cells[cell];
     return piece < entry.segment_count ? segments[entry.first_segment + piece].size_bytes : entry.page_bytes;
   }
+  // Precondition: offsets have not been forgotten.
   std::uint64_t piece_offset(std::uint32_t cell, std::uint32_t piece) const {
-    if (cell == cells.size()) return polygons.offset;
+    if (cell == cells.size()) return polygon_offset;
     const CellEntry& entry = cells[cell];
-    return piece < entry.segment_count ? segments[entry.first_segment + piece].offset : entry.page_offset;
+    return piece < entry.segment_count ? segment_offsets[entry.first_segment + piece] : entry.page_offset;
   }
 
   // Whether no later segment of the cell has any bytes: its stream ends with this one.

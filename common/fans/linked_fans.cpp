@@ -141,9 +141,9 @@ RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added, CornerId root_c
   return wings;
 }
 
-std::vector<Triangle> LinkedFans::triangles() const {
+std::vector<Triangle> LinkedFans::triangles(std::size_t end) const {
   std::size_t vertices = 0;  // that splits brought
-  for (std::size_t v = base_vertices_; v < fans_.size(); ++v) vertices += fans_[v].count != 0 ? 1 : 0;
+  for (std::size_t v = base_vertices_; v < end; ++v) vertices += fans_[v].count != 0 ? 1 : 0;
   std::vector<Triangle> result(base_faces_ + 2 * vertices + 1);
   Triangle* next = result.data();  // faces to kOutside are written over: cheaper than a branch
   const auto add_face = [&](const Corner* face) {
@@ -155,7 +155,7 @@ std::vector<Triangle> LinkedFans::triangles() const {
   };
   const Corner* const corners = corners_.data();
   for (std::size_t face = 0; face < base_faces_; ++face) add_face(corners + 4 * face);
-  for (std::size_t v = base_vertices_; v < fans_.size(); ++v) {
+  for (std::size_t v = base_vertices_; v < end; ++v) {
     if (fans_[v].count == 0) continue;
     const CornerId face = first_corner(static_cast<VertexId>(v));
     add_face(corners + face);

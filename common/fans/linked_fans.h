@@ -89,8 +89,10 @@ class LinkedFans {
     return {faces[3], faces[7]};
   }
 
-  // Every face once: those of the base, then by the numbers of the vertices that they came with.
-  std::vector<Triangle> triangles() const;
+  // Every face once: those of the base, then by the numbers of the vertices that they came with. `end` is beyond all
+  // vertices of the mesh.
+  std::vector<Triangle> triangles(std::size_t end) const;
+  std::vector<Triangle> triangles() const { return triangles(fans_.size()); }
   std::size_t memory_bytes() const { return corners_.resident_bytes() + fans_.resident_bytes(); }
 
  private:

@@ -9,24 +9,11 @@
 
 #include "common/coding/split_coder.h"
 #include "common/grid/position_grid.h"
+#include "common/refine/cell_vertices.h"
 #include "common/refine/fan_state.h"
 #include "common/support/result.h"
 
 namespace fanstream {
-
-// A cell's vertices in coding order: those it started with, then those it made, numbered onwards from first_new.
-struct CellVertices {
-  std::uint32_t cell = 0;
-  std::vector<VertexId> initial;  // ascending
-  VertexId first_new = 0;
-  std::uint32_t made = 0;      // so far
-  std::uint32_t most_new = 0;  // the cell table's split count
-
-  std::uint32_t count() const { return static_cast<std::uint32_t>(initial.size()) + made; }
-  VertexId at(std::uint32_t i) const {
-    return i < initial.size() ? initial[i] : first_new + (i - static_cast<std::uint32_t>(initial.size()));
-  }
-};
 
 // The scratch and constants that coding needs; one per thread of work.
 struct CellCoding {
@@ -63,14 +50,22 @@ inline void add_roots(const FanState& state, const CellVertices& vertices, std::
                       CellCoding& coding) {
   constexpr std::uint32_t kBlock = 256;  // of vertices, which may all be roots: room for them is made first
   std::size_t count = coding.root_count;
-  for (std::uint32_t begin = 0; begin < vertices.count(); begin += kBlock) {
-    if (coding.roots.size() < count + kBlock) coding.roots.resize(2 * (count + kBlock));
-    CellCoding::Root* const roots = coding.roots.data();
-    for (std::uint32_t i = begin; i < std::min(vertices.count(), begin + kBlock); ++i) {
-      const VertexId v = vertices.at(i);
-      roots[count].vertex = v;
-      count += state.vertices[v].context.next == generation ? 1 : 0;
+  const auto look_at = [&](std::uint32_t size, const auto& vertex_at) {
+    for (std::uint32_t begin = 0; begin < size; begin += kBlock) {
+      if (coding.roots.size() < count + kBlock) coding.roots.resize(2 * (count + kBlock));
+      CellCoding::Root* const roots = coding.roots.data();
+      for (std::uint32_t i = begin; i < std::min(size, begin + kBlock); ++i) {
+        const VertexId v = vertex_at(i);
+        roots[count].vertex = v;
+        count += state.vertices[v].context.next == generation ? 1 : 0;
+      }
     }
+  };
+  look_at(vertices.initial.size(), [at = vertices.initial.data()](std::uint32_t i) { return at[i]; });
+  if (vertices.slots.empty()) {
+    look_at(vertices.made, [first = vertices.first_new](std::uint32_t i) { return first + i; });
+  } else {
+    look_at(vertices.made, [at = vertices.slots.data()](std::uint32_t i) { return at[i]; });
   }
   coding.root_count = count;
 }
@@ -226,7 +221,7 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
       coarsen_roots(state, batch.subspan(i));
       return off_the_grid(vertices.cell, v);
     }
-    const VertexId added = vertices.first_new + vertices.made++;
+    const VertexId added = vertices.add(state);
     const SplitUndo undo{v, state.fans.corner(v), state.vertices[v].context, s.split.parent, s.split.shift};
     const LinkedFans::Arc arc{s.ring.corner_before(s.split.first), s.ring.corner(s.split.first),
                               s.ring.corner_before(s.split.last), s.ring.corner(s.split.last)};

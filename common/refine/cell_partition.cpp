@@ -11,12 +11,13 @@ namespace {
 // What is compared, side by side in memory.
 struct PlacedVertex {
   GridPoint place;
-  VertexId id;
+  std::uint32_t rank;  // in the order that breaks ties
   std::int32_t code(int axis) const { return (&place.x)[axis]; }
-  std::uint64_t key(int axis) const { return std::uint64_t{static_cast<std::uint32_t>(code(axis))} << 32U | id; }
+  std::uint64_t key(int axis) const { return std::uint64_t{static_cast<std::uint32_t>(code(axis))} << 32U | rank; }
 };
 
 struct Partitioner {
+  std::span<const VertexId> ids;  // by rank
   glm::vec3 unit;
   std::vector<std::vector<VertexId>>& groups;
   std::vector<std::uint64_t> keys;  // of the vertices in doubt
@@ -57,11 +58,11 @@ struct Partitioner {
     return *nth;
   }
 
-  // Of vertices that are ascending; `room` is for as many and one more. Recursion as deep as log2(parts).
+  // Of vertices in order of their ranks; `room` is for as many and one more. Recursion as deep as log2(parts).
   void cut(std::span<const PlacedVertex> vertices, std::span<PlacedVertex> room, std::uint32_t parts) {
     if (parts <= 1 || vertices.empty()) {
       std::vector<VertexId>& group = groups.emplace_back(vertices.size());
-      for (std::size_t i = 0; i < vertices.size(); ++i) group[i] = vertices[i].id;
+      for (std::size_t i = 0; i < vertices.size(); ++i) group[i] = ids[vertices[i].rank];
       for (std::uint32_t i = 1; i < parts; ++i) groups.emplace_back();
       return;
     }
@@ -88,16 +89,16 @@ struct Partitioner {
 
 }  // namespace
 
-std::vector<std::vector<VertexId>> partition_vertices(std::vector<VertexId> vertices, std::span<const FanVertex> places,
-                                                      const glm::vec3& unit, std::uint32_t parts) {
+std::vector<std::vector<VertexId>> partition_vertices(std::span<const VertexId> vertices,
+                                                      std::span<const FanVertex> places, const glm::vec3& unit,
+                                                      std::uint32_t parts) {
   std::vector<std::vector<VertexId>> groups;
   groups.reserve(parts);
-  if (!std::is_sorted(vertices.begin(), vertices.end())) std::sort(vertices.begin(), vertices.end());
   const auto levels = static_cast<std::size_t>(std::bit_width(parts));
   std::vector<PlacedVertex> room((levels + 1) * (vertices.size() + 1));
-  for (std::size_t i = 0; i < vertices.size(); ++i) room[i] = {places[vertices[i]].place, vertices[i]};
+  for (std::uint32_t r = 0; r < vertices.size(); ++r) room[r] = {places[vertices[r]].place, r};
   const std::span<PlacedVertex> all = std::span(room).first(vertices.size());
-  Partitioner{unit, groups, {}}.cut(all, std::span(room).subspan(all.size()), parts);
+  Partitioner{vertices, unit, groups, {}}.cut(all, std::span(room).subspan(all.size()), parts);
   return groups;
 }
 

@@ -11,9 +11,11 @@
 namespace fanstream {
 
 // Cuts the vertices into `parts` compact groups of nearly equal size: halved across the longest axis of their box, over
-// and over (a kd-tree; ties by number). Depends on places and numbers only, so that builder and client agree without a
-// byte being sent. Every group is ascending. Fewer vertices than parts leave groups empty.
-std::vector<std::vector<VertexId>> partition_vertices(std::vector<VertexId> vertices, std::span<const FanVertex> places,
-                                                      const glm::vec3& unit, std::uint32_t parts);
+// and over (a kd-tree; ties by their order, which is that of their numbers in the asset). Depends on places and order
+// only, so that builder and client agree without a byte being sent. Every group keeps the order. Fewer vertices than
+// parts leave groups empty.
+std::vector<std::vector<VertexId>> partition_vertices(std::span<const VertexId> vertices,
+                                                      std::span<const FanVertex> places, const glm::vec3& unit,
+                                                      std::uint32_t parts);
 
 }  // namespace fanstream

@@ -1,10 +1,10 @@
 // Which edges around some vertices of the full model are diagonals of the source's polygons, coded with what both ends
 // know of the mesh there.
 //
-// An edge belongs to the lower-numbered of its vertices, and with it to a block of vertices. A block is coded by
-// itself: its edges in the order of their vertices' numbers, boundary edges left out, since they are never diagonals.
-// All that is looked at are the rings of the block's own vertices and the places of their neighbours, so a block can be
-// decoded as soon as these are the full model's, whatever the rest of the mesh is.
+// An edge belongs to that of its vertices that has the lower number in the asset, and with it to a block of vertices. A
+// block is coded by itself: its edges in the order of their vertices' numbers, boundary edges left out, since they are
+// never diagonals. All that is looked at are the rings of the block's own vertices and the places of their neighbours,
+// so a block can be decoded as soon as these are the full model's, whatever the rest of the mesh is.
 #pragma once
 
 #include <algorithm>
@@ -16,17 +16,20 @@
 
 namespace fanstream {
 
-// The two ends of an edge, the lower one in the high word: in their order, edges lie as they are coded.
+// The two ends of an edge by their numbers in the asset, the lower one in the high word: in their order, edges lie as
+// they are coded.
 inline std::uint64_t edge_key(VertexId a, VertexId b) { return std::uint64_t{std::min(a, b)} << 32U | std::max(a, b); }
 
 // Keeps references to its arguments. Not thread safe.
 class DiagonalCoder {
  public:
-  // `unit`: PositionGrid::unit().
-  DiagonalCoder(const FanState& state, const glm::vec3& unit) : state_(state), unit_(unit) {}
+  // `unit`: PositionGrid::unit(). `numbers`: by vertex of the state its number in the asset; empty: the same.
+  DiagonalCoder(const FanState& state, const glm::vec3& unit, std::span<const VertexId> numbers = {})
+      : state_(state), unit_(unit), numbers_(numbers) {}
 
-  // `decide(context, key)` codes one edge and returns whether it is a diagonal. Precondition: `vertices` ascend, they
-  // and their neighbours are never split again. The block's diagonals, ascending, are appended to `diagonals`.
+  // `decide(context, key)` codes one edge and returns whether it is a diagonal. Precondition: the numbers of `vertices`
+  // ascend, they and their neighbours are never split again. The block's diagonals, ascending, are appended to
+  // `diagonals`.
   template <class Decide>
   void code(std::span<const VertexId> vertices, Decide&& decide, std::vector<std::uint64_t>& diagonals) {
     known_.clear();
@@ -34,7 +37,7 @@ class DiagonalCoder {
       begin_ring(u);
       for (const std::uint32_t i : order_) {
         const VertexId v = ring_[i];
-        const std::uint64_t key = edge_key(u, v);
+        const std::uint64_t key = key_of(u, v);
         const bool diagonal = decide(context(u, i), key);
         known_.push_back({key, diagonal});
         if (diagonal) diagonals.push_back(key);
@@ -48,14 +51,19 @@ class DiagonalCoder {
     bool diagonal;
   };
 
+  VertexId number(VertexId v) const { return numbers_.empty() ? v : numbers_[v]; }
+  std::uint64_t key_of(VertexId a, VertexId b) const { return edge_key(number(a), number(b)); }
+
   // The places in u's ring of the ends of inner edges that belong to u, by their numbers.
   void begin_ring(VertexId u) {
     ring_ = state_.fans.ring(u);
     order_.clear();
     for (std::uint32_t i = 0; i < ring_.size(); ++i) {
-      if (ring_[i] != kOutside && ring_[i] > u && before(i) != kOutside && after(i) != kOutside) order_.push_back(i);
+      if (ring_[i] == kOutside || before(i) == kOutside || after(i) == kOutside) continue;
+      if (number(ring_[i]) > number(u)) order_.push_back(i);
     }
-    std::sort(order_.begin(), order_.end(), [this](std::uint32_t a, std::uint32_t b) { return ring_[a] < ring_[b]; });
+    std::sort(order_.begin(), order_.end(),
+              [this](std::uint32_t a, std::uint32_t b) { return number(ring_[a]) < number(ring_[b]); });
   }
   VertexId before(std::uint32_t i) const { return ring_[i == 0 ? ring_.size() - 1 : i - 1]; }
   VertexId after(std::uint32_t i) const { return ring_[i + 1 == ring_.size() ? 0 : i + 1]; }
@@ -67,7 +75,7 @@ class DiagonalCoder {
 
   // Whether an edge is known to be a diagonal (1), or to be none (0); -1 where nothing is known.
   int known(VertexId a, VertexId b) const {
-    const std::uint64_t key = edge_key(a, b);
+    const std::uint64_t key = key_of(a, b);
     const auto at = std::lower_bound(known_.begin(), known_.end(), key,
                                      [](const Known& k, std::uint64_t wanted) { return k.key < wanted; });
     return at == known_.end() || at->key != key ? -1 : at->diagonal ? 1 : 0;
@@ -112,6 +120,7 @@ class DiagonalCoder {
 
   const FanState& state_;
   glm::vec3 unit_;
+  std::span<const VertexId> numbers_;
   std::vector<VertexId> ring_;        // of the vertex at hand
   std::vector<std::uint32_t> order_;  // places in it
   std::vector<Known> known_;          // of the block, in the order of keys

@@ -1,5 +1,7 @@
 #include "common/refine/fan_state.h"
 
+#include <algorithm>
+
 namespace fanstream {
 namespace {
 
@@ -17,25 +19,31 @@ GridPoint place_before_split(const PlacePrecision& precision, const GridPoint& k
 }  // namespace
 
 void FanState::resize(std::size_t vertex_count, PageKind pages) {
+  const std::size_t base = fans.vertex_capacity();
   fans.resize(vertex_count, pages);
   vertices.grow(vertex_count, pages);
   cells.grow(vertex_count, pages);
+  if (pages == PageKind::small && !slots.in_use()) slots = VertexSlots(static_cast<VertexId>(base));
 }
 
-void FanState::note_use(VertexId first, VertexId last) {
-  fans.note_use(first, last);
-  vertices.note_use(first, last);
-  cells.note_use(first, last);
+void FanState::note_use(VertexSlots::Range range) {
+  const VertexId last = std::min(range.last, static_cast<VertexId>(fans.vertex_capacity()));
+  fans.note_use(range.first, last);
+  vertices.note_use(range.first, last);
+  cells.note_use(range.first, last);
 }
 
-void FanState::discard(VertexId first, VertexId last) {
-  fans.discard(first, last);
-  vertices.discard(first, last);
-  cells.discard(first, last);
+void FanState::give_back_pages() {
+  for (const VertexSlots::Range range : slots.take_emptied()) {
+    const VertexId last = std::min(range.last, static_cast<VertexId>(fans.vertex_capacity()));
+    fans.discard(range.first, last);
+    vertices.discard(range.first, last);
+    cells.discard(range.first, last);
+  }
 }
 
 std::size_t FanState::memory_bytes() const {
-  return fans.memory_bytes() + vertices.resident_bytes() + cells.resident_bytes();
+  return fans.memory_bytes() + vertices.resident_bytes() + cells.resident_bytes() + slots.memory_bytes();
 }
 
 void FanState::set_cell(std::uint32_t cell, std::span<const VertexId> of_cell) {

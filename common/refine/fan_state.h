@@ -8,6 +8,7 @@
 #include "common/coding/fan_vertex.h"
 #include "common/coding/place_precision.h"
 #include "common/fans/linked_fans.h"
+#include "common/refine/vertex_slots.h"
 #include "common/support/paged_array.h"
 
 namespace fanstream {
@@ -18,12 +19,22 @@ struct FanState {
   PagedArray<FanVertex> vertices;   // place, and what is known of its splits
   PagedArray<std::uint32_t> cells;  // the deepest cell that holds the vertex
   PlacePrecision precision;         // of the places
+  VertexSlots slots;                // of vertices that splits bring
 
-  // Room that no vertex uses takes no memory, huge pages aside.
+  // Room that no vertex uses takes no memory, huge pages aside. With small pages vertices that splits bring get the
+  // lowest free numbers (take_slot), with huge ones those of the asset.
   void resize(std::size_t vertex_count, PageKind pages = PageKind::huge);
-  // PagedArray's, for vertices [first, last) that splits bring; of those that are given back none is in the mesh.
-  void note_use(VertexId first, VertexId last);
-  void discard(VertexId first, VertexId last);
+  // Where numbers are handed out: one that is free.
+  VertexId take_slot() {
+    const VertexId v = slots.take();
+    if (slots.is_alone(v)) note_use(slots.group(v));
+    return v;
+  }
+  // Gives back the memory of numbers that have become free.
+  void give_back_pages();
+  VertexId vertex_end() const {  // beyond all that are in the mesh
+    return slots.in_use() ? slots.end() : static_cast<VertexId>(fans.vertex_capacity());
+  }
   std::size_t memory_bytes() const;
   void set_cell(std::uint32_t cell, std::span<const VertexId> vertices);
   std::vector<GridPoint> places() const;
@@ -31,6 +42,9 @@ struct FanState {
   // vertices.
   static FanState from_base(const BaseMesh& base, std::size_t vertex_count, const PlacePrecision& precision = {});
   void set_next_splits(std::span<const std::uint8_t> of_base);  // FM0's vertices', by number
+
+ private:
+  void note_use(VertexSlots::Range range);
 };
 
 // When the two vertices of a split are split next.

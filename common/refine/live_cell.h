@@ -3,11 +3,10 @@
 
 #include <limits>
 #include <memory>
-#include <vector>
 
 #include "common/coding/rans.h"
-#include "common/refine/cell_bounds.h"
-#include "common/refine/cell_coder.h"
+#include "common/refine/cell_vertices.h"
+#include "common/support/compact_list.h"
 
 namespace fanstream {
 
@@ -18,32 +17,35 @@ struct LiveCell {
     RansDecoder::Mark decoder_before;
   };
   CellVertices vertices;
-  std::vector<Generation> generations;  // of the slab, those applied
+  CompactList<Generation> generations;  // of the slab, those applied
   RansDecoder::Mark decoder;            // after them
-  std::vector<std::uint32_t>
-      neighbours;                      // the childless cells that own a neighbour of its vertices; none with children
-  std::vector<std::uint32_t> waiting;  // cells that cannot get on before this one does
+  // The childless cells that own a neighbour of its vertices; none with children.
+  CompactList<std::uint32_t> neighbours;
+  CompactList<std::uint32_t> waiting;  // cells that cannot get on before this one does
   bool has_children = false;           // which own its vertices
-  mutable bool bounds_known = false;
-  mutable CellBounds bounds;
 
   std::size_t memory_bytes() const {
-    return sizeof(LiveCell) + vertices.initial.capacity() * sizeof(VertexId) +
-           generations.capacity() * sizeof(Generation) +
-           (neighbours.capacity() + waiting.capacity()) * sizeof(std::uint32_t);
+    return sizeof(LiveCell) + vertices.initial.memory_bytes() + vertices.slots.memory_bytes() +
+           generations.memory_bytes() + neighbours.memory_bytes() + waiting.memory_bytes();
   }
 };
 
 struct CellProgress {
   static constexpr std::uint32_t kEverything = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint8_t kAll = 255;  // more than a cell has
   std::unique_ptr<LiveCell> live;
-  std::uint32_t target = kEverything;  // segments to apply at most
-  std::uint8_t done = 0;               // the finest generation applied; of a live cell
-  std::uint8_t limit = 0;              // the finest that held segments, target and damage allow
-  std::uint8_t reach = 0;              // the finest that held segments and damage allow
-  std::uint8_t damaged = 0;            // a generation that cannot be decoded, or 0
-  bool queued = false;                 // to be refined
-  bool changed = false;                // and noted as such
+  std::uint8_t kept_target = kAll;  // segments to apply at most
+  std::uint8_t done = 0;            // the finest generation applied; of a live cell
+  std::uint8_t limit = 0;           // the finest that held segments, target and damage allow
+  std::uint8_t reach = 0;           // the finest that held segments and damage allow
+  std::uint8_t damaged = 0;         // a generation that cannot be decoded, or 0
+  bool queued = false;              // to be refined
+  bool changed = false;             // and noted as such
+
+  std::uint32_t target() const { return kept_target == kAll ? kEverything : kept_target; }
+  void set_target(std::uint32_t segments) {
+    kept_target = segments < kAll ? static_cast<std::uint8_t>(segments) : kAll;
+  }
 };
 
 }  // namespace fanstream

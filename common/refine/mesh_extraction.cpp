@@ -23,16 +23,37 @@ std::vector<Triangle> in_order(const std::vector<Triangle>& triangles, std::size
 
 }  // namespace
 
+// Cells make their vertices with rising numbers, which are above those of all coarser slabs.
+std::vector<VertexId> ProgressiveMesh::vertices_in_order() const {
+  std::vector<VertexId> order(head_->base.places.size());
+  order.reserve(vertex_count_);
+  for (VertexId v = 0; v < order.size(); ++v) order[v] = v;
+  for (const CellProgress& cell : cells_) {
+    for (std::uint32_t i = 0; cell.live && i < cell.live->vertices.made; ++i)
+      order.push_back(cell.live->vertices.made_at(i));
+  }
+  return order;
+}
+
+std::vector<VertexId> ProgressiveMesh::asset_numbers() const {
+  std::vector<VertexId> numbers(state_.vertex_end(), 0);
+  for (VertexId v = 0; v < head_->base.places.size(); ++v) numbers[v] = v;
+  for (const CellProgress& cell : cells_) {
+    for (std::uint32_t i = 0; cell.live && i < cell.live->vertices.made; ++i)
+      numbers[cell.live->vertices.made_at(i)] = cell.live->vertices.first_new + i;
+  }
+  return numbers;
+}
+
 TriangleMesh ProgressiveMesh::triangle_mesh() const {
   TriangleMesh mesh;
-  std::vector<VertexId> number(state_.fans.vertex_capacity(), 0);
   mesh.positions.reserve(vertex_count_);
-  for (VertexId v = 0; v < number.size(); ++v) {
-    if (!state_.fans.contains(v)) continue;
+  std::vector<VertexId> number(state_.vertex_end(), 0);
+  for (const VertexId v : vertices_in_order()) {
     number[v] = static_cast<VertexId>(mesh.positions.size());
     mesh.positions.push_back(head_->grid.decode(state_.vertices[v].place));
   }
-  std::vector<Triangle> triangles = state_.fans.triangles();
+  std::vector<Triangle> triangles = state_.fans.triangles(state_.vertex_end());
   for (Triangle& t : triangles) {
     for (VertexId& v : t) v = number[v];
   }

@@ -51,7 +51,7 @@ bool ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generatio
 
 // Once only, however often it is tried.
 void ProgressiveMesh::wait_for(std::uint32_t cell_number, std::uint32_t lagging) {
-  std::vector<std::uint32_t>& waiting = cells_[lagging].live->waiting;
+  CompactList<std::uint32_t>& waiting = cells_[lagging].live->waiting;
   if (std::find(waiting.begin(), waiting.end(), cell_number) == waiting.end()) waiting.push_back(cell_number);
 }
 
@@ -140,7 +140,7 @@ VertexId ProgressiveMesh::find_later(std::uint32_t cell_number) const {
     if (state_.vertices[w].context.touched > generation) later = w;
   };
   for (std::uint32_t i = cell.generations.back().made_before; i < cell.vertices.made && later == kOutside; ++i) {
-    const VertexId added = cell.vertices.first_new + i;
+    const VertexId added = cell.vertices.made_at(i);
     state_.fans.for_each_neighbour(added, look);
     state_.fans.for_each_neighbour(kept_undo(state_, added).root, look);
   }
@@ -177,33 +177,9 @@ bool ProgressiveMesh::undo_generation(std::uint32_t cell_number, Work& work) {
   work.move.undone += made - undo.made_before;
   cell.decoder = undo.decoder_before;
   progress.done = static_cast<std::uint8_t>(generation - 1);
-  if (pages_ == PageKind::small && made != undo.made_before) {
-    emptied_.emplace_back(cell.vertices.first_new + undo.made_before, cell.vertices.first_new + made);
-  }
   note_change_around(cell_number);
   queue(cell_number);
   return true;
-}
-
-// Gives back the pages that have become empty as a whole. To both sides of what was undone it looks as far as a page
-// may reach.
-void ProgressiveMesh::give_back_pages() {
-  constexpr VertexId kReach = 1024;  // vertices in a page of the smallest elements, FanState::cells
-  std::sort(emptied_.begin(), emptied_.end());
-  const auto base = static_cast<VertexId>(head_->base.places.size());
-  VertexId end = base;  // of what has been looked at
-  for (const auto& [first, last] : emptied_) {
-    VertexId begin = std::max(first, end);
-    while (begin < last && state_.fans.contains(begin)) ++begin;  // made again
-    if (begin >= last) continue;
-    end = begin;
-    const VertexId low = std::max(base, begin - std::min(begin, kReach));
-    const VertexId high = std::min(head_->vertex_count, last + kReach);
-    while (begin > low && !state_.fans.contains(begin - 1)) --begin;
-    while (end < high && !state_.fans.contains(end)) ++end;
-    state_.discard(begin, end);
-  }
-  emptied_.clear();
 }
 
 void ProgressiveMesh::coarsen_excess(Work& work) {
@@ -279,7 +255,7 @@ std::uint64_t ProgressiveMesh::coarsen_to(std::uint32_t generation) {
       undo_generation(c, work);
     }
   }
-  give_back_pages();
+  state_.give_back_pages();
   return work.move.undone;
 }
 
@@ -288,8 +264,8 @@ std::uint64_t ProgressiveMesh::coarsen_to(std::uint32_t generation) {
 void ProgressiveMesh::set_all_targets(std::uint32_t segments) {
   targets_set_ = true;
   for (std::uint32_t c = 0; c < cells_.size(); ++c) {
-    if (cells_[c].target == segments) continue;
-    cells_[c].target = segments;
+    if (cells_[c].target() == segments) continue;
+    cells_[c].set_target(segments);
     update_limit(c);
     if (cells_[c].live && cells_[c].done > cells_[c].limit) excess_.push_back(c);
   }
@@ -299,7 +275,7 @@ MeshMove ProgressiveMesh::move_to(std::span<const CellTarget> targets, std::uint
   targets_set_ = true;
   for (const CellTarget& t : targets) {
     CellProgress& cell = cells_[t.cell];
-    cell.target = t.segments;
+    cell.set_target(t.segments);
     update_limit(t.cell);
     if (cell.live && cell.done > cell.limit) excess_.push_back(t.cell);
   }
@@ -312,7 +288,7 @@ MeshMove ProgressiveMesh::move_to(std::span<const CellTarget> targets, std::uint
     refine_in_depth(work);
     coarsen_unneeded(work);
   }
-  give_back_pages();
+  state_.give_back_pages();
   work.move.finished = excess_.empty() && queue_.empty();
   return std::move(work.move);
 }

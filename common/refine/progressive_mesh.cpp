@@ -44,13 +44,12 @@ std::uint32_t ProgressiveMesh::segment_of(std::uint32_t cell, std::uint32_t gene
 
 void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std::uint32_t first, std::uint32_t count,
                                   std::uint32_t slab) {
-  auto groups =
-      partition_vertices({parent_vertices.begin(), parent_vertices.end()}, state_.vertices, head_->grid.unit(), count);
+  auto groups = partition_vertices(parent_vertices, state_.vertices, head_->grid.unit(), count);
   for (std::uint32_t i = 0; i < count; ++i) {
     CellProgress& cell = cells_[first + i];
     const CellEntry& entry = index_->cells[first + i];
     cell.live = std::make_unique<LiveCell>();
-    cell.live->vertices = {first + i, std::move(groups[i]), entry.first_vertex, 0, entry.split_count};
+    cell.live->vertices = {first + i, std::move(groups[i]), entry.first_vertex, 0, entry.split_count, {}};
     state_.set_cell(first + i, cell.live->vertices.initial);
     cell.done = static_cast<std::uint8_t>(slab_begin(slab));
     update_limit(first + i);
@@ -71,7 +70,7 @@ void ProgressiveMesh::find_neighbours(std::uint32_t cell_number) {
     });
   }
   std::sort(found.begin(), found.end());
-  cell.neighbours.assign(found.begin(), std::unique(found.begin(), found.end()));
+  cell.neighbours.assign({found.begin(), std::unique(found.begin(), found.end())});
 }
 
 // The children of a complete cell take its place beside others. Splits change nothing about who is beside whom: each
@@ -79,7 +78,8 @@ void ProgressiveMesh::find_neighbours(std::uint32_t cell_number) {
 void ProgressiveMesh::hand_over_neighbours(std::uint32_t parent) {
   const CellEntry& entry = index_->cells[parent];
   const std::uint32_t end = entry.first_child + entry.child_count;
-  for (const std::uint32_t n : cells_[parent].live->neighbours) std::erase(cells_[n].live->neighbours, parent);
+  for (const std::uint32_t n : cells_[parent].live->neighbours)
+    cells_[n].live->neighbours.erase_if([parent](std::uint32_t c) { return c == parent; });
   cells_[parent].live->neighbours = {};
   for (std::uint32_t child = entry.first_child; child < end; ++child) {
     find_neighbours(child);
@@ -102,9 +102,9 @@ void ProgressiveMesh::take_back_neighbours(std::uint32_t parent) {
     std::copy_if(neighbours.begin(), neighbours.end(), std::back_inserter(all), [&](auto n) { return !is_child(n); });
   }
   std::sort(all.begin(), all.end());
-  cells_[parent].live->neighbours.assign(all.begin(), std::unique(all.begin(), all.end()));
+  cells_[parent].live->neighbours.assign({all.begin(), std::unique(all.begin(), all.end())});
   for (const std::uint32_t n : cells_[parent].live->neighbours) {
-    std::erase_if(cells_[n].live->neighbours, is_child);
+    cells_[n].live->neighbours.erase_if(is_child);
     cells_[n].live->neighbours.push_back(parent);
   }
 }
@@ -166,7 +166,7 @@ void ProgressiveMesh::update_limit(std::uint32_t cell_number) {
   const std::uint8_t reach = generation_with(held);
   const bool further = reach > cell.reach;
   cell.reach = reach;
-  cell.limit = generation_with(std::min(cell.target, held));
+  cell.limit = generation_with(std::min(cell.target(), held));
   queue(cell_number);
   if (further && meaning_ == TargetMeaning::wanted && cell.live) wake_waiting(cell_number);
 }
@@ -302,7 +302,6 @@ bool ProgressiveMesh::apply_generation(std::uint32_t cell_number, std::size_t fi
   if (decoded && generation == slab_end(index_->cells[cell_number].slab)) decoded = check_end(cell_number);
   const std::uint32_t made = cell.vertices.made - before;
   vertex_count_ += made;
-  state_.note_use(cell.vertices.first_new + before, cell.vertices.first_new + cell.vertices.made);
   if (!decoded) {
     roll_back(cell_number, before, generation);
     cell.decoder = undo.decoder_before;
@@ -324,8 +323,9 @@ void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target,
   CellVertices& vertices = cells_[cell_number].live->vertices;
   vertex_count_ -= vertices.made - target;
   while (vertices.made > target) {
-    const VertexId added = vertices.first_new + --vertices.made;
+    const VertexId added = vertices.made_at(vertices.made - 1);
     undo_split(state_, generation, kept_undo(state_, added), added);
+    vertices.remove_last(state_);
   }
 }
 
@@ -334,7 +334,6 @@ void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target,
 void ProgressiveMesh::note_change(std::uint32_t cell_number) {
   if (!watched()) return;
   CellProgress& cell = cells_[cell_number];
-  if (cell.live) cell.live->bounds_known = false;
   if (cell.changed) return;
   cell.changed = true;
   changed_.push_back(cell_number);
@@ -351,13 +350,8 @@ std::vector<std::uint32_t> ProgressiveMesh::take_changed_cells() {
   return std::exchange(changed_, {});
 }
 
-const CellBounds& ProgressiveMesh::bounds(std::uint32_t cell) const {
-  const LiveCell& live = *cells_[cell].live;
-  if (!live.bounds_known) {
-    live.bounds = cell_bounds(state_, live.vertices, head_->grid, scratch_);
-    live.bounds_known = true;
-  }
-  return live.bounds;
+CellBounds ProgressiveMesh::bounds(std::uint32_t cell) const {
+  return cell_bounds(state_, cells_[cell].live->vertices, head_->grid, scratch_);
 }
 
 std::uint32_t ProgressiveMesh::applied_prefix(std::uint32_t cell) const {
@@ -436,7 +430,7 @@ std::uint32_t ProgressiveMesh::complete_generation() const {
 std::size_t ProgressiveMesh::memory_bytes() const {
   const auto array = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
   std::size_t bytes = sizeof(*this) + state_.memory_bytes() + held_.memory_bytes() + array(cells_) + array(queue_) +
-                      array(excess_) + array(changed_) + array(emptied_) + array(polygons_) + array(scratch_.points) +
+                      array(excess_) + array(changed_) + array(polygons_) + array(scratch_.points) +
                       array(scratch_.normals);
   for (const CellProgress& cell : cells_) {
     if (cell.live) bytes += cell.live->memory_bytes();

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "common/asset/asset_layout.h"
+#include "common/refine/cell_bounds.h"
 #include "common/refine/cell_coder.h"
 #include "common/refine/held_segments.h"
 #include "common/refine/live_cell.h"
@@ -105,13 +106,20 @@ class ProgressiveMesh {
 
   const AssetHead& head() const { return *head_; }
   const AssetIndex& index() const { return *index_; }
+  // A MeshMemory::live_part has vertices under numbers of its own, those of FM0 aside, which depend on the way there; a
+  // vertex keeps its number for as long as it is in the mesh. A whole_model has the asset's: FM0's, then cell by cell
+  // in the order in which they are made.
   const FanState& state() const { return state_; }
+  // The mesh's vertices as state() has them, in the order of the asset's numbers; takes time for what is there.
+  std::vector<VertexId> vertices_in_order() const;
+  // By vertex of state(): its number in the asset; 0 where there is none.
+  std::vector<VertexId> asset_numbers() const;
   std::uint32_t vertex_count() const { return vertex_count_; }  // of the mesh as it is now
   bool is_complete() const { return vertex_count_ == head_->vertex_count; }
   bool holds(std::uint32_t cell, std::uint32_t segment) const;
   // The coarsest generation that some cell still lacks, less one.
   std::uint32_t complete_generation() const;
-  // The mesh as it is now in the model's coordinates; vertices are renumbered without gaps, in order; triangles are
+  // The mesh as it is now in the model's coordinates; vertices are those of vertices_in_order(); triangles are
   // ordered by their smallest vertices, which stand first.
   TriangleMesh triangle_mesh() const;
   // What the mesh takes, segments included, what the allocator adds not; the head and the index are not the mesh's own.
@@ -121,7 +129,7 @@ class ProgressiveMesh {
   //
   // Whether the cell owns vertices of the mesh, if it has any: its parent is complete, it is not (or has no children).
   bool is_live(std::uint32_t cell) const { return cells_[cell].live && !cells_[cell].live->has_children; }
-  std::uint32_t target(std::uint32_t cell) const { return cells_[cell].target; }
+  std::uint32_t target(std::uint32_t cell) const { return cells_[cell].target(); }
   std::uint32_t held_prefix(std::uint32_t cell) const { return held_.prefix(cell); }
   std::uint32_t applied_prefix(std::uint32_t cell) const;  // whole segments
   std::uint32_t begun_prefix(std::uint32_t cell) const;    // those of which the first generation is applied
@@ -146,8 +154,8 @@ class ProgressiveMesh {
   // beyond the other cell's slab, a descendant of it will.
   void find_needs(std::uint32_t cell, std::vector<Support>& found) const;
   const CellVertices& vertices(std::uint32_t cell) const { return cells_[cell].live->vertices; }  // of a live cell
-  // Of a live cell. Computed when it is asked for, and again only after the cell or a neighbour has changed.
-  const CellBounds& bounds(std::uint32_t cell) const;
+  // Of a live cell. Computed each time: they change with the cell and its neighbours only.
+  CellBounds bounds(std::uint32_t cell) const;
   // The cells of which live or not, prefixes, neighbours or bounds may have changed since the last call, each once, in
   // no order. The first call names those that were ever touched.
   std::vector<std::uint32_t> take_changed_cells();
@@ -192,7 +200,6 @@ class ProgressiveMesh {
   bool undo_generation(std::uint32_t cell, Work& work);
   void retract_children(std::uint32_t cell);
   void roll_back(std::uint32_t cell, std::uint32_t target, std::uint32_t generation);
-  void give_back_pages();
   void drop_targets();
   std::vector<VertexId> vertices_of(const LiveCell& cell) const;
 
@@ -207,7 +214,6 @@ class ProgressiveMesh {
   std::vector<std::uint32_t> queue_;   // cells that may be able to take another generation
   std::vector<std::uint32_t> excess_;  // cells that may be finer than they should be
   std::vector<std::uint32_t> changed_;
-  std::vector<std::pair<VertexId, VertexId>> emptied_;  // ranges of vertices that are gone, of pages to be given back
   mutable BoundsScratch scratch_;
   std::uint32_t vertex_count_ = 0;
   PageKind pages_;

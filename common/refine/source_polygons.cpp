@@ -36,9 +36,10 @@ Result<void> SourcePolygons::update(const ProgressiveMesh& mesh) {
   const FanState& state = mesh.state();
   constexpr std::uint32_t kUnfinished = ~std::uint32_t{0};
   std::vector<std::uint32_t> counts(state_.size(), 0);  // of vertices in blocks that can be decoded
+  const std::vector<VertexId> in_order = mesh.vertices_in_order();
+  const std::vector<VertexId> numbers = mesh.asset_numbers();
   const auto each_waiting = [&](auto&& use) {
-    for (VertexId v = 0; v < state.fans.vertex_capacity(); ++v) {
-      if (!state.fans.contains(v)) continue;
+    for (const VertexId v : in_order) {
       const std::uint32_t block = block_of(state, v);
       if (block == kNoBlock || state_[block] != BlockState::waiting || counts[block] == kUnfinished) continue;
       use(block, v);
@@ -50,7 +51,7 @@ Result<void> SourcePolygons::update(const ProgressiveMesh& mesh) {
   std::vector<std::vector<VertexId>> vertices(state_.size());
   each_waiting([&](std::uint32_t block, VertexId v) { vertices[block].push_back(v); });
   const DiagonalModel model(section_.statistics);
-  DiagonalCoder coder(state, unit_);
+  DiagonalCoder coder(state, unit_, numbers);
   Result<void> result;
   for (std::uint32_t b = 0; b < state_.size(); ++b) {
     if (vertices[b].empty()) continue;
@@ -77,16 +78,6 @@ bool SourcePolygons::is_diagonal(std::uint32_t block, VertexId a, VertexId b) co
 
 namespace {
 
-// By compact number, the mesh's own.
-std::vector<VertexId> numbers_of(const FanState& state, std::size_t count) {
-  std::vector<VertexId> numbers;
-  numbers.reserve(count);
-  for (VertexId v = 0; v < state.fans.vertex_capacity(); ++v) {
-    if (state.fans.contains(v)) numbers.push_back(v);
-  }
-  return numbers;
-}
-
 // A triangle of the live mesh: whether it is one of the full model of which all edges are known, and its diagonals.
 struct TriangleFacts {
   std::vector<std::uint8_t> final;  // by triangle
@@ -96,19 +87,20 @@ struct TriangleFacts {
 TriangleFacts facts_of(const ProgressiveMesh& mesh, const std::vector<Triangle>& triangles,
                        const SourcePolygons* polygons) {
   const FanState& state = mesh.state();
-  const std::vector<VertexId> numbers = numbers_of(state, mesh.vertex_count());
+  const std::vector<VertexId> vertices = mesh.vertices_in_order();  // by compact number
+  const std::vector<VertexId> numbers = mesh.asset_numbers();
   const bool whole = mesh.has_index() || mesh.head().layer_ends.empty();  // else nothing is known of later splits
   TriangleFacts facts{std::vector<std::uint8_t>(triangles.size(), 0), std::vector<std::uint8_t>(triangles.size(), 0)};
   for (std::size_t t = 0; t < triangles.size() && whole; ++t) {
     bool final = true;
-    for (const VertexId v : triangles[t]) final = final && is_final(state, numbers[v]);
+    for (const VertexId v : triangles[t]) final = final && is_final(state, vertices[v]);
     unsigned inner = 0;
     for (unsigned k = 0; k < 3 && final && polygons != nullptr; ++k) {
-      const VertexId a = numbers[triangles[t][k]];
-      const VertexId b = numbers[triangles[t][(k + 1) % 3]];
-      const std::uint32_t block = polygons->block_of(state, std::min(a, b));
+      const VertexId a = vertices[triangles[t][k]];
+      const VertexId b = vertices[triangles[t][(k + 1) % 3]];
+      const std::uint32_t block = polygons->block_of(state, numbers[a] < numbers[b] ? a : b);
       final = polygons->is_known(block);
-      if (final && polygons->is_diagonal(block, a, b)) inner |= 1U << k;
+      if (final && polygons->is_diagonal(block, numbers[a], numbers[b])) inner |= 1U << k;
     }
     facts.final[t] = final ? 1 : 0;
     facts.inner[t] = static_cast<std::uint8_t>(final ? inner : 0U);

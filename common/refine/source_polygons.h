@@ -25,7 +25,7 @@ class SourcePolygons {
   // Precondition: the mesh is of the same asset and has its index.
   Result<void> update(const ProgressiveMesh& mesh);
 
-  // Block of a vertex in the mesh as it is; nothing if its cell is not of the last slab.
+  // Block of a vertex of the state of the mesh as it is; nothing if its cell is not of the last slab.
   static constexpr std::uint32_t kNoBlock = ~std::uint32_t{0};
   std::uint32_t block_of(const FanState& state, VertexId v) const {
     if (one_block_) return 0;
@@ -34,7 +34,7 @@ class SourcePolygons {
   }
   bool is_known(std::uint32_t block) const { return block != kNoBlock && state_[block] == BlockState::known; }
   std::uint32_t known_count() const { return known_count_; }
-  // Precondition: is_known(block), the block of the edge's lower vertex.
+  // The ends by their numbers in the asset. Precondition: is_known(block), the block of the lower one.
   bool is_diagonal(std::uint32_t block, VertexId a, VertexId b) const;
   const PolygonSection& section() const { return section_; }
 

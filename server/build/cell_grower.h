@@ -73,7 +73,7 @@ class CellGrower {
     const auto first = static_cast<std::uint32_t>(cells_.size());
     std::vector<CellVertices> started;
     const auto add = [&](std::vector<VertexId> vertices, std::uint32_t parts, std::uint32_t parent) {
-      for (auto& group : partition_vertices(std::move(vertices), state_.vertices, head_.grid.unit(), parts)) {
+      for (auto& group : partition_vertices(vertices, state_.vertices, head_.grid.unit(), parts)) {
         const auto number = static_cast<std::uint32_t>(cells_.size());
         state_.set_cell(number, group);
         CellEntry entry;

@@ -39,7 +39,7 @@ inline std::vector<CellVertices> start_cells(const AssetHead& head, const AssetI
                                              const std::vector<CellVertices>* parents) {
   std::vector<CellVertices> started;
   const auto start = [&](std::vector<VertexId> vertices, std::uint32_t first, std::uint32_t count) {
-    auto groups = partition_vertices(std::move(vertices), state.vertices, head.grid.unit(), count);
+    auto groups = partition_vertices(vertices, state.vertices, head.grid.unit(), count);
     for (std::uint32_t i = 0; i < count; ++i) {
       state.set_cell(first + i, groups[i]);
       const CellEntry& entry = index.cells[first + i];

@@ -56,8 +56,9 @@ Result<std::unique_ptr<ProgressiveMesh>> rebuild_fully(std::span<const std::byte
   for (std::uint32_t c = 0; c < parts->index->cells.size(); ++c) {
     const CellEntry& cell = parts->index->cells[c];
     for (std::uint32_t s = 0; s < cell.segment_count; ++s) {
-      const SegmentEntry& entry = parts->index->segments[cell.first_segment + s];
-      const Result<void> added = mesh->add_segment(c, s, bytes.subspan(entry.offset, entry.size_bytes));
+      const std::span<const std::byte> segment =
+          bytes.subspan(parts->index->piece_offset(c, s), parts->index->piece_bytes(c, s));
+      const Result<void> added = mesh->add_segment(c, s, segment);
       if (!added) return tl::unexpected(with_context(added.error(), name));
     }
   }

@@ -1,5 +1,7 @@
 #include "tests/bench/view_bytes.h"
 
+#include <optional>
+
 #include "client/view/camera.h"
 
 namespace fanstream::bench {
@@ -32,19 +34,21 @@ PlanOptions everything_wanted() {
 Result<ViewDelivery> ViewDelivery::start(std::shared_ptr<const OpenAsset> asset, Tables tables) {
   ViewDelivery delivery;
   std::shared_ptr<const AssetHead> head = asset->asset_head();
-  std::shared_ptr<const AssetIndex> index = asset->asset_index();
+  std::optional<AssetIndex> index;
   if (tables == Tables::own || head->has_pages) {
     Result<AssetHead> own_head = read_head(asset->head(), "the asset");
     if (!own_head) return tl::unexpected(own_head.error());
     head = std::make_shared<const AssetHead>(std::move(*own_head));
     Result<AssetIndex> own_index = read_index(asset->index(), asset->preamble(), *head, "the asset");
     if (!own_index) return tl::unexpected(own_index.error());
-    index = std::make_shared<const AssetIndex>(std::move(*own_index));
+    index = std::move(*own_index);
+  } else {
+    index = *asset->asset_index();
   }
   delivery.asset_ = std::move(asset);
   delivery.model_ = std::make_unique<ViewModel>(std::move(head));
   delivery.handed_over_.assign(delivery.asset_->cell_count(), 0);
-  if (Result<void> set = delivery.model_->set_index(std::move(index), "the asset"); !set) {
+  if (Result<void> set = delivery.model_->set_index(std::move(*index), "the asset"); !set) {
     return tl::unexpected(set.error());
   }
   return delivery;

@@ -23,14 +23,16 @@ using testing::OpenAsset;
 using testing::SeededRandom;
 
 using Corners = std::array<glm::dvec3, 3>;
-using Key = std::array<double, 9>;  // of a triangle: its corners, the least one first
+using Key = std::array<double, 9>;  // of a triangle: the least of its corners in their three orders
 
-Key key_of(Corners c) {
-  const auto less = [](const glm::dvec3& a, const glm::dvec3& b) {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+Key key_of(const Corners& c) {
+  const auto from = [&](std::size_t first) {
+    const glm::dvec3& a = c[first];
+    const glm::dvec3& b = c[(first + 1) % 3];
+    const glm::dvec3& d = c[(first + 2) % 3];
+    return Key{a.x, a.y, a.z, b.x, b.y, b.z, d.x, d.y, d.z};
   };
-  std::rotate(c.begin(), std::min_element(c.begin(), c.end(), less), c.end());
-  return {c[0].x, c[0].y, c[0].z, c[1].x, c[1].y, c[1].z, c[2].x, c[2].y, c[2].z};
+  return std::min({from(0), from(1), from(2)});
 }
 
 // A contact as it can be compared: its triangle, and the signed distances or the other triangle.

@@ -275,10 +275,10 @@ TEST_P(ViewDependent, CellsThatChangeAreNamed) {
     if (!seen.live) return seen;
     seen.neighbours.assign(mesh.neighbours(c).begin(), mesh.neighbours(c).end());
     std::sort(seen.neighbours.begin(), seen.neighbours.end());
-    CellVertices vertices;  // bounds that no cache holds
+    CellVertices vertices;  // as the state knows them
     vertices.cell = c;
-    for (VertexId v = 0; v < mesh.head().vertex_count; ++v) {
-      if (mesh.state().fans.contains(v) && mesh.state().cells[v] == c) vertices.initial.push_back(v);
+    for (const VertexId v : mesh.vertices_in_order()) {
+      if (mesh.state().cells[v] == c) vertices.initial.push_back(v);
     }
     BoundsScratch scratch;
     const CellBounds bounds = cell_bounds(mesh.state(), vertices, mesh.head().grid, scratch);

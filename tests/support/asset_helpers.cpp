@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "common/mesh/manifold_check.h"
 #include "tests/support/fan_test_meshes.h"
 #include "tests/support/mesh_generators.h"
@@ -94,24 +96,22 @@ bool is_manifold(const ProgressiveMesh& mesh, std::string* why) {
 
 StateImage image_of(const ProgressiveMesh& mesh) {
   const FanState& state = mesh.state();
+  const std::vector<VertexId> numbers = mesh.asset_numbers();
+  const auto number = [&](VertexId v) { return v == kOutside ? v : numbers[v]; };
   StateImage image;
-  for (VertexId v = 0; v < state.fans.vertex_capacity(); ++v) {
-    if (!state.fans.contains(v)) {
-      image.rings.emplace_back();
-      image.places.push_back({});
-      image.contexts.push_back({});
-      continue;
-    }
-    image.rings.push_back(state.fans.ring(v));
-    image.places.push_back({state.vertices[v].place.x, state.vertices[v].place.y, state.vertices[v].place.z});
-    image.contexts.push_back({state.vertices[v].context.next, state.vertices[v].context.touched});
-  }
-  while (!image.rings.empty() && image.rings.back().empty()) {
-    image.rings.pop_back();
-    image.places.pop_back();
-    image.contexts.pop_back();
+  for (const VertexId v : mesh.vertices_in_order()) {
+    const std::size_t count = std::max(image.rings.size(), number(v) + std::size_t{1});
+    image.rings.resize(count);
+    image.places.resize(count);
+    image.contexts.resize(count);
+    image.rings[number(v)] = state.fans.ring(v);
+    for (VertexId& w : image.rings[number(v)]) w = number(w);
+    image.places[number(v)] = {state.vertices[v].place.x, state.vertices[v].place.y, state.vertices[v].place.z};
+    image.contexts[number(v)] = {state.vertices[v].context.next, state.vertices[v].context.touched};
   }
   image.faces = state.fans.triangles();
+  for (Triangle& t : image.faces) t = {number(t[0]), number(t[1]), number(t[2])};
+  std::sort(image.faces.begin(), image.faces.end());
   return image;
 }
 

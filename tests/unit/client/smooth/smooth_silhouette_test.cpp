@@ -220,9 +220,9 @@ class Received {
     }
   }
   void take_polygons() {
-    const SegmentEntry& entry = asset.index->polygons;
-    EXPECT_TRUE(live->add_segment(asset.index->polygon_cell(), 0,
-                                  std::span(asset.bytes).subspan(entry.offset, entry.size_bytes)));
+    const std::span<const std::byte> bytes =
+        std::span(asset.bytes).subspan(asset.index->polygon_offset, asset.index->polygons.size_bytes);
+    EXPECT_TRUE(live->add_segment(asset.index->polygon_cell(), 0, bytes));
   }
   void refine_all() {
     live->set_all_targets(ProgressiveMesh::kEverySegment);
@@ -311,14 +311,13 @@ TEST(SilhouetteSmoother, PartlyRefinedMeshesStayWatertightAndTheirCoarseFacesAsT
       // What has moved, has done so between finest faces.
       std::vector<std::uint8_t> moved(before.positions.size(), 0);
       for (std::size_t v = 0; v < moved.size(); ++v) moved[v] = done->mesh.positions[v] != before.positions[v] ? 1 : 0;
-      for (VertexId v = 0, n = 0; v < received.live->state().fans.vertex_capacity(); ++v) {
-        if (!received.live->state().fans.contains(v)) continue;
-        if (moved[n] != 0) {
-          EXPECT_EQ(received.live->state().vertices[v].context.next, kNeverSplit);
-          received.live->state().fans.for_each_neighbour(
-              v, [&](VertexId w) { EXPECT_EQ(received.live->state().vertices[w].context.next, kNeverSplit); });
-        }
-        ++n;
+      const FanState& state = received.live->state();
+      const std::vector<VertexId> vertices = received.live->vertices_in_order();
+      for (std::size_t n = 0; n < vertices.size(); ++n) {
+        if (moved[n] == 0) continue;
+        EXPECT_EQ(state.vertices[vertices[n]].context.next, kNeverSplit);
+        state.fans.for_each_neighbour(vertices[n],
+                                      [&](VertexId w) { EXPECT_EQ(state.vertices[w].context.next, kNeverSplit); });
       }
     }
   }

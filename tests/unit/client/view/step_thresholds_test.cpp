@@ -84,15 +84,13 @@ void expect_thresholds(const CellTable& table, const StepThresholds& thresholds,
   for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
     for (std::uint32_t g = 1; g <= expected[c].size(); ++g) {
       const std::uint32_t p = table.step_of(c, g);
-      const std::uint32_t step = table.step_index(c, p);
       if (g == 1 || table.step_of(c, g - 1) != p) {
-        ASSERT_EQ(thresholds.begun[step], expected[c][g - 1]);
+        ASSERT_EQ(thresholds.begun(table, c, p), expected[c][g - 1]);
       }
       if (g < expected[c].size() && table.step_of(c, g + 1) == p) continue;
-      ASSERT_EQ(table.joins_generations() ? thresholds.whole[step] : thresholds.begun[step], expected[c][g - 1]);
+      ASSERT_EQ(thresholds.whole(table, c, p), expected[c][g - 1]);
     }
   }
-  ASSERT_EQ(thresholds.whole.empty(), !table.joins_generations());
 }
 
 // Also where the table changes between runs of one pass.
@@ -133,10 +131,10 @@ TEST(StepThresholds, CountsAreTheStepsAboveALevel) {
   ThresholdPass(table).run(random_scales(table, random), 0.0F, thresholds);
   std::vector<std::uint8_t> counts;
   for (const float level : {0.0F, 0.5F, 5.0F, 50.0F}) {
-    count_steps_above(table, thresholds.begun, level, 1.25F, counts);
+    count_steps_above(table, thresholds, thresholds.begun_rows, level, 1.25F, counts);
     for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
       for (std::uint32_t p = 1; p <= table.segment_count(c); ++p)
-        ASSERT_EQ(thresholds.begun[table.step_index(c, p)] * 1.25F > level, p <= counts[c]) << c << " " << p;
+        ASSERT_EQ(thresholds.begun(table, c, p) * 1.25F > level, p <= counts[c]) << c << " " << p;
     }
   }
 }
@@ -156,16 +154,16 @@ TEST(StepThresholds, WhatHasBeenAppliedKeepsWhatItLiesOn) {
   StepThresholds thresholds;
   ThresholdPass pass(table);
   pass.run(scales, 0.0F, thresholds);
-  for (std::uint32_t p = 1; p <= 3; ++p) EXPECT_EQ(thresholds.begun[table.step_index(1, p)], 0.0F);
+  for (std::uint32_t p = 1; p <= 3; ++p) EXPECT_EQ(thresholds.begun(table, 1, p), 0.0F);
   const std::vector<Dependency> supports{{3, 1, 2}};
   table.set_supports(0, supports);
   pass.run(scales, 0.0F, thresholds);
-  EXPECT_EQ(thresholds.begun[table.step_index(1, 2)], thresholds.begun[table.step_index(0, 3)]);
-  EXPECT_EQ(thresholds.begun[table.step_index(1, 1)], thresholds.begun[table.step_index(0, 3)]);
-  EXPECT_EQ(thresholds.begun[table.step_index(1, 3)], 0.0F);
+  EXPECT_EQ(thresholds.begun(table, 1, 2), thresholds.begun(table, 0, 3));
+  EXPECT_EQ(thresholds.begun(table, 1, 1), thresholds.begun(table, 0, 3));
+  EXPECT_EQ(thresholds.begun(table, 1, 3), 0.0F);
   table.set_supports(0, {});
   pass.run(scales, 0.0F, thresholds);
-  for (std::uint32_t p = 1; p <= 3; ++p) EXPECT_EQ(thresholds.begun[table.step_index(1, p)], 0.0F);
+  for (std::uint32_t p = 1; p <= 3; ++p) EXPECT_EQ(thresholds.begun(table, 1, p), 0.0F);
 }
 
 }  // namespace

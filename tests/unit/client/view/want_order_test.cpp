@@ -31,7 +31,16 @@ class Row {
   }
   std::vector<Want> order() const {
     std::vector<Want> wants;
-    WantOrder().order({table, judgements, thresholds, held, targets, live}, options, wants);
+    CellTable known = table;
+    for (std::uint32_t c = 0; c < judgements.size(); ++c) known.set_extent(c, {});
+    KeptJudgements kept(known);
+    kept.begin({{1.0, 1.0, 1.0, 1e-3}, 1.0, 1.0, 1.0});
+    for (std::uint32_t c = 0; c < judgements.size(); ++c) kept.set(c, judgements[c]);
+    StepThresholds levels;
+    levels.resize(table);
+    EXPECT_EQ(levels.values.size(), thresholds.size());
+    levels.values = thresholds;
+    WantOrder().order({table, kept, levels, held, targets, live}, options, wants);
     return wants;
   }
   std::vector<std::uint32_t> cells() const {

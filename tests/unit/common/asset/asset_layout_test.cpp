@@ -115,13 +115,14 @@ struct RandomTable {
   void place_segments() {
     preamble.head_bytes = 1000;
     std::uint64_t offset = preamble.head_bytes;
+    index.segment_offsets.resize(index.segments.size());
     for (std::uint32_t layer = 0; layer < head.layer_ends.size(); ++layer) {
       for (const CellEntry& cell : index.cells) {
         if (layer < head.layer_begin(cell.slab) || layer >= head.slab_ends[cell.slab]) continue;
-        SegmentEntry& segment = index.segments[cell.first_segment + layer - head.layer_begin(cell.slab)];
-        segment.offset = offset;
-        offset += segment.size_bytes;
-        preamble.segment_bytes += segment.size_bytes;
+        const std::uint32_t s = cell.first_segment + layer - head.layer_begin(cell.slab);
+        index.segment_offsets[s] = offset;
+        offset += index.segments[s].size_bytes;
+        preamble.segment_bytes += index.segments[s].size_bytes;
       }
     }
   }
@@ -130,7 +131,7 @@ struct RandomTable {
     ByteWriter out;
     write_index(index, head, out);
     preamble.index_bytes = out.size();
-    for (SegmentEntry& segment : index.segments) segment.offset += out.size();
+    for (std::uint64_t& offset : index.segment_offsets) offset += out.size();
     return out.take();
   }
 };
@@ -162,7 +163,7 @@ TEST(AssetIndex, ComesBackWhateverItHolds) {
     }
     ASSERT_EQ(read->segments.size(), table.index.segments.size());
     for (std::size_t s = 0; s < read->segments.size(); ++s) {
-      ASSERT_EQ(read->segments[s].offset, table.index.segments[s].offset);
+      ASSERT_EQ(read->segment_offsets[s], table.index.segment_offsets[s]);
       ASSERT_EQ(read->segments[s].size_bytes, table.index.segments[s].size_bytes);
       ASSERT_EQ(read->segments[s].error_code, table.index.segments[s].error_code);
     }
@@ -204,8 +205,8 @@ TEST(AssetIndex, AnyBytesAreAnErrorOrATableThatAddsUp) {
       }
     }
     ASSERT_EQ(vertices, table.head.vertex_count);
-    for (const SegmentEntry& segment : read->segments) {
-      ASSERT_LE(segment.offset + segment.size_bytes, table.preamble.section_bytes());
+    for (std::size_t s = 0; s < read->segments.size(); ++s) {
+      ASSERT_LE(read->segment_offsets[s] + read->segments[s].size_bytes, table.preamble.section_bytes());
     }
   }
 }
@@ -230,7 +231,7 @@ TEST(AssetIndex, VerticesOfTheBaseAreExactIfTheyAreNeverSplit) {
 
 TEST(AssetIndex, TellsWithWhichSegmentACellsStreamEnds) {
   AssetIndex index;
-  for (const std::uint32_t size : {8U, 0U, 2U, 0U}) index.segments.push_back({0, size, 0});
+  for (const std::uint32_t size : {8U, 0U, 2U, 0U}) index.segments.push_back({size, 0});
   CellEntry cell;
   cell.segment_count = 4;
   EXPECT_FALSE(index.is_last_coded(cell, 0));

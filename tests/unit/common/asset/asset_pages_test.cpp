@@ -96,7 +96,7 @@ TEST(AssetPages, MayComeInAnyOrderAndTwice) {
     EXPECT_EQ(index.unknown_pages, 0U);
     expect_same_cells(index, *paged().index);
     for (std::size_t s = 0; s < index.segments.size(); ++s) {
-      ASSERT_EQ(index.segments[s].offset, paged().index->segments[s].offset);
+      ASSERT_EQ(index.segment_offsets[s], paged().index->segment_offsets[s]);
     }
   }
 }

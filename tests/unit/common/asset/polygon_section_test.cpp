@@ -118,7 +118,7 @@ TEST(PolygonSection, TheHeadsSizeOfItIsChecked) {
 
 TEST(PolygonSection, ADamagedByteOfItIsFoundWithItsBlock) {
   OpenAsset asset = quads();
-  asset.bytes[asset.index->polygons.offset + 3] ^= std::byte{4};
+  asset.bytes[asset.index->polygon_offset + 3] ^= std::byte{4};
   const auto file = AssetFile::from_memory(asset.bytes, "asset");
   ASSERT_FALSE(file);
   EXPECT_NE(file.error().message.find("the segments"), std::string::npos) << file.error().message;

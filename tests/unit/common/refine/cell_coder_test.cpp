@@ -56,7 +56,7 @@ void expect_known_places(const FanState& state) {
 // Every second vertex or so in the cell, all others in another.
 CellVertices random_cell(FanState& state, VertexId vertices, SeededRandom& random) {
   CellVertices cell{7, {}, vertices, 0, kMostSplits};
-  std::vector<VertexId> others;
+  CompactList<VertexId> others;
   for (VertexId v = 0; v < vertices; ++v) (random.one_in(3) ? others : cell.initial).push_back(v);
   state.set_cell(7, cell.initial);
   state.set_cell(3, others);
@@ -226,7 +226,7 @@ TEST(CellCoder, RootsAreTheVerticesOfTheGenerationInTheCellsOrder) {
   CellCoding coding(model, points, kLast);
   SeededRandom random(4);
   FanState state = state_of(testing::make_torus(9, 7), random);
-  CellVertices cell{7, {2, 5, 20, 40, 60}, 63, 0, kMostSplits};
+  CellVertices cell{7, std::vector<VertexId>{2, 5, 20, 40, 60}, 63, 0, kMostSplits};
   state.set_cell(7, cell.initial);
   for (const VertexId v : {2, 20, 60}) state.vertices[v].context.next = 3;
   state.vertices[5].context.next = 4;
@@ -256,7 +256,7 @@ TEST(CellCoder, ARootWaitsForNeighboursThatAreStillToBeSplitCoarser) {
     for (VertexId v = 0; v < mesh.positions.size(); ++v) {
       if (state.fans.ring_size(v) > state.fans.ring_size(root)) root = v;
     }
-    CellVertices cell{7, {root}, static_cast<VertexId>(mesh.positions.size()), 0, kMostSplits};
+    CellVertices cell{7, std::vector<VertexId>{root}, static_cast<VertexId>(mesh.positions.size()), 0, kMostSplits};
     state.set_cell(7, cell.initial);
     state.vertices[root].context.next = 5;
     const std::vector<VertexId> ring = state.fans.ring(root);
@@ -278,7 +278,7 @@ TEST(CellCoder, MoreSplitsThanTheCellTableSaysAreRefused) {
   CellCoding coding(model, points, kLast);
   SeededRandom random(1);
   FanState state = state_of(testing::make_torus(9, 7), random);
-  CellVertices cell{7, {0, 2, 4}, 63, 0, 2};
+  CellVertices cell{7, std::vector<VertexId>{0, 2, 4}, 63, 0, 2};
   state.set_cell(7, cell.initial);
   for (const VertexId v : cell.initial) state.vertices[v].context.next = 1;
   const Image before = image_of(state);

@@ -49,8 +49,7 @@ OpenAsset built(const Model& model) {
 }
 
 std::span<const std::byte> polygon_bytes(const OpenAsset& asset) {
-  const SegmentEntry& entry = asset.index->polygons;
-  return std::span(asset.bytes).subspan(entry.offset, entry.size_bytes);
+  return std::span(asset.bytes).subspan(asset.index->polygon_offset, asset.index->polygons.size_bytes);
 }
 
 SourcePolygons polygons_of(const OpenAsset& asset) {

@@ -1,0 +1,43 @@
+// What a view makes of all cells, kept from plan to plan.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "client/view/cell_table.h"
+#include "client/view/criteria.h"
+
+namespace fanstream {
+
+// The judgements of one view on the cells whose extents are known, at half their size: in single precision, errors
+// rounded to what is no better. A cell without counts as lying anywhere in its parent, and one of slab 0 as lying
+// anywhere. Not thread safe.
+class KeptJudgements {
+ public:
+  explicit KeptJudgements(const CellTable& table) : table_(table) {}  // which must outlive it
+
+  // To be called first, when the view or the extents that are known have changed. `anywhere`: ViewJudge's.
+  void begin(const CellJudgement& anywhere);
+  // Precondition: the cell's extent is known.
+  void set(std::uint32_t cell, const CellJudgement& judgement);
+  // Precondition: the extent has been judged, if it is known; else those of the cells that it comes from.
+  CellJudgement operator[](std::uint32_t cell) const;
+
+ private:
+  struct Kept {
+    float scale_px = 0.0F;
+    float depth = 0.0F;
+    float slant = 0.0F;
+    float weight = 1.0F;
+    float weight_within = 1.0F;
+    float area_px = 0.0F;
+    bool in_frustum = true;
+    Facing facing = Facing::unknown;
+  };
+  const CellTable& table_;
+  std::vector<Kept> kept_;  // by CellTable::extent_number
+  CellJudgement anywhere_;
+};
+
+}  // namespace fanstream
