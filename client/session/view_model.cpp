@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "client/view/asset_cells.h"
+#include "common/support/free_memory.h"
 
 namespace fanstream {
 namespace {
@@ -40,6 +41,7 @@ Result<void> ViewModel::set_index(AssetIndex index, const std::string& name) {
   closed_pages_.assign(owners, false);
   mesh_.set_all_targets(0);
   planner_ = std::make_unique<Planner>(table_);
+  give_back_free_memory();  // reading head and index took much that is not kept
   return {};
 }
 

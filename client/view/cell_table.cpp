@@ -83,9 +83,9 @@ Result<CellTable> CellTable::create(std::span<const SlabShape> slabs, std::span<
                   fmt::format("cell table: {} cells of slab {} lack a parent", end - child, s + 1));
   }
   table.first_child_.push_back(static_cast<std::uint32_t>(cells));
-  table.errors_.resize(steps);
-  table.sizes_bytes_.resize(steps);
-  table.triangles_.resize(steps);
+  table.errors_.grow(steps, PageKind::small);
+  table.sizes_bytes_ = NarrowCounts(steps);
+  table.triangles_ = NarrowCounts(steps);
   table.applied_.resize(cells);
   table.begun_.resize(cells);
   table.held_.resize(cells);

@@ -10,6 +10,7 @@
 #include "client/view/criteria.h"
 #include "client/view/dependency_lists.h"
 #include "client/view/narrow_counts.h"
+#include "common/support/paged_array.h"
 #include "common/support/result.h"
 
 namespace fanstream {
@@ -117,7 +118,7 @@ class CellTable {
     const Slab& slab = slabs_[slab_of_[cell]];
     return slab.first_step + (p - 1) * slab.cell_count + (cell - slab.first_cell);
   }
-  std::span<const float> errors() const { return errors_; }  // by step: before it is applied
+  std::span<const float> errors() const { return {errors_.data(), errors_.size()}; }  // by step: before it is applied
   const NarrowCounts& sizes_bytes() const { return sizes_bytes_; }
   const NarrowCounts& triangles() const { return triangles_; }
   // How far the cell is off at prefix p; once complete, the most that any of its children is.
@@ -205,7 +206,7 @@ class CellTable {
   std::vector<std::uint8_t> slab_of_;
   std::vector<std::uint32_t> parent_;
   std::vector<std::uint32_t> first_child_;  // of the cells of all slabs but the last, and the end
-  std::vector<float> errors_;
+  PagedArray<float> errors_;                // on pages that take memory only where cells are known
   NarrowCounts sizes_bytes_;
   NarrowCounts triangles_;
   std::uint64_t base_triangles_ = 0;

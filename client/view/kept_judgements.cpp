@@ -21,22 +21,13 @@ void KeptJudgements::begin(const CellJudgement& anywhere) {
   kept_.resize(table_.extent_count());
 }
 
-CellJudgement KeptJudgements::operator[](std::uint32_t cell) const {
-  if (!table_.extent_known(cell)) {
-    const std::uint32_t parent = table_.parent(cell);
-    if (parent == CellTable::kNoCell) return anywhere_;
-    CellJudgement judgement = (*this)[parent];  // as deep as there are slabs
-    judgement.weight = judgement.weight_within;
-    judgement.area_px /= table_.child_count(parent);
-    return judgement;
-  }
-  const Kept& kept = kept_[table_.extent_number(cell)];
-  return {{kept.scale_px, kept.depth, kept.slant, anywhere_.error.near},
-          kept.weight,
-          kept.weight_within,
-          kept.area_px,
-          kept.in_frustum,
-          kept.facing};
+CellJudgement KeptJudgements::within_parent(std::uint32_t cell) const {
+  const std::uint32_t parent = table_.parent(cell);
+  if (parent == CellTable::kNoCell) return anywhere_;
+  CellJudgement judgement = (*this)[parent];  // as deep as there are slabs
+  judgement.weight = judgement.weight_within;
+  judgement.area_px /= table_.child_count(parent);
+  return judgement;
 }
 
 void KeptJudgements::set(std::uint32_t cell, const CellJudgement& judgement) {

@@ -22,7 +22,9 @@ class KeptJudgements {
   // Precondition: the cell's extent is known.
   void set(std::uint32_t cell, const CellJudgement& judgement);
   // Precondition: the extent has been judged, if it is known; else those of the cells that it comes from.
-  CellJudgement operator[](std::uint32_t cell) const;
+  CellJudgement operator[](std::uint32_t cell) const {
+    return table_.extent_known(cell) ? judged(cell) : within_parent(cell);
+  }
 
  private:
   struct Kept {
@@ -35,6 +37,17 @@ class KeptJudgements {
     bool in_frustum = true;
     Facing facing = Facing::unknown;
   };
+  CellJudgement judged(std::uint32_t cell) const {
+    const Kept& kept = kept_[table_.extent_number(cell)];
+    return {{kept.scale_px, kept.depth, kept.slant, anywhere_.error.near},
+            kept.weight,
+            kept.weight_within,
+            kept.area_px,
+            kept.in_frustum,
+            kept.facing};
+  }
+  CellJudgement within_parent(std::uint32_t cell) const;
+
   const CellTable& table_;
   std::vector<Kept> kept_;  // by CellTable::extent_number
   CellJudgement anywhere_;

@@ -3,29 +3,28 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
+
+#include "common/support/paged_array.h"
 
 namespace fanstream {
 
-// An array of numbers below 2^32, at two bytes each for as long as all are below 2^16. Thread safety: like a standard
-// container.
+// An array of numbers below 2^32, 0 at first, at two bytes each for as long as all are below 2^16; pages of memory in
+// which none has been set take none. Thread safety: like a standard container.
 class NarrowCounts {
  public:
-  void resize(std::size_t count) {
-    if (wide_.empty()) {
-      narrow_.resize(count);
-    } else {
-      wide_.resize(count);
-    }
-  }
-  std::size_t size() const { return wide_.empty() ? narrow_.size() : wide_.size(); }
-  std::uint32_t operator[](std::size_t i) const { return wide_.empty() ? narrow_[i] : wide_[i]; }
+  NarrowCounts() = default;
+  explicit NarrowCounts(std::size_t count) { narrow_.grow(count, PageKind::small); }
+  std::size_t size() const { return is_wide() ? wide_.size() : narrow_.size(); }
+  std::uint32_t operator[](std::size_t i) const { return is_wide() ? wide_[i] : narrow_[i]; }
   void set(std::size_t i, std::uint32_t count) {
-    if (count > 0xFFFFU && wide_.empty()) {
-      wide_.assign(narrow_.begin(), narrow_.end());
-      std::vector<std::uint16_t>().swap(narrow_);
+    if (count > 0xFFFFU && !is_wide()) {
+      wide_.grow(narrow_.size(), PageKind::small);
+      for (std::size_t k = 0; k < narrow_.size(); ++k) {
+        if (narrow_[k] != 0) wide_[k] = narrow_[k];
+      }
+      narrow_ = PagedArray<std::uint16_t>();
     }
-    if (wide_.empty()) {
+    if (!is_wide()) {
       narrow_[i] = static_cast<std::uint16_t>(count);
     } else {
       wide_[i] = count;
@@ -33,8 +32,9 @@ class NarrowCounts {
   }
 
  private:
-  std::vector<std::uint16_t> narrow_;  // or
-  std::vector<std::uint32_t> wide_;
+  bool is_wide() const { return wide_.size() != 0; }
+  PagedArray<std::uint16_t> narrow_;  // or
+  PagedArray<std::uint32_t> wide_;
 };
 
 }  // namespace fanstream

@@ -45,8 +45,9 @@ struct Planner::State {
   void hold(const PlanOptions& options, std::string reason);
   void judge_cells(const ViewJudge& judge, bool all);
   void find_live();
-  void set_scales(const ViewJudge& judge, const PlanOptions& options);
-  void choose_targets(const PlanOptions& options);
+  void set_scales(const ViewJudge& judge, const PlanOptions& options, std::uint32_t first, std::uint32_t count,
+                  CellScales& scales) const;
+  void choose_targets(const ViewJudge& judge, const PlanOptions& options);
   void read_targets(const PlanOptions& options);
   void count_targets(const PlanOptions& options, bool whole, std::vector<std::uint8_t>& counts);
   void measure_targets();
@@ -79,7 +80,6 @@ struct Planner::State {
   std::vector<std::uint8_t> whole_targets;  // the prefixes of which all generations will be in the mesh
   std::vector<std::uint8_t> kept;
   std::vector<std::uint8_t> kept_in_budget;
-  CellScales scales;
   StepThresholds thresholds;
   ThresholdPass threshold_pass;
   std::uint64_t needed_bytes = 0;  // of the targets' segments
@@ -110,8 +110,7 @@ const Plan& Planner::plan(const View& view, const PlanOptions& options) {
   s.last_options = options;
   s.table_epoch = s.table.epoch();
   s.find_live();
-  s.set_scales(judge, options);
-  s.choose_targets(options);
+  s.choose_targets(judge, options);
   s.state_errors();
   s.choose_wants(options);
   s.choose_evictions(options);
@@ -172,21 +171,25 @@ void Planner::State::find_live() {
   }
 }
 
-void Planner::State::set_scales(const ViewJudge& judge, const PlanOptions& options) {
-  scales.resize(table.cell_count());
+void Planner::State::set_scales(const ViewJudge& judge, const PlanOptions& options, std::uint32_t first,
+                                std::uint32_t count, CellScales& scales) const {
+  scales.resize(count);
   scales.near = to_float(std::max(1e-30, judge.anywhere().error.near));
-  for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
-    const CellJudgement judgement = judgements[c];
-    scales.set(c, judgement.error, live[c] != 0 || options.speculate ? judgement.weight : 0.0);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const CellJudgement judgement = judgements[first + i];
+    scales.set(i, judgement.error, live[first + i] != 0 || options.speculate ? judgement.weight : 0.0);
   }
 }
 
 // See SCHEDULING.md: what is above the tolerance, what is applied and above the coarsening tolerance, less what budgets
 // cut.
-void Planner::State::choose_targets(const PlanOptions& options) {
+void Planner::State::choose_targets(const ViewJudge& judge, const PlanOptions& options) {
   plan.limitation = Limitation::none;
   plan.reason.clear();
-  threshold_pass.run(scales, to_float(options.tolerance_px * options.coarsen_ratio), thresholds);
+  const auto scales_of = [&](std::uint32_t first, std::uint32_t count, CellScales& scales) {
+    set_scales(judge, options, first, count, scales);
+  };
+  threshold_pass.run(scales_of, to_float(options.tolerance_px * options.coarsen_ratio), thresholds);
   read_targets(options);
   measure_targets();
   const std::uint64_t base_memory = mesh_memory(options, table.base_triangles());

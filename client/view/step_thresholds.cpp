@@ -11,25 +11,20 @@ namespace {
 constexpr double kHuge = 1e30;
 constexpr std::uint32_t kBlockCells = 64;
 
-// A step's is that of its last generation; others have none of their own.
-void own_thresholds(const CellTable& table, const CellScales& scales, float floor, StepThresholds& thresholds) {
-  if (table.joins_generations()) std::fill(thresholds.values.begin(), thresholds.values.end(), 0.0F);
+// A step's is that of its last generation; others have none of their own. `scales` are of `count` cells from `first`
+// on.
+void own_thresholds(const CellTable& table, std::uint32_t first, std::uint32_t count, const CellScales& scales,
+                    float floor, StepThresholds& thresholds) {
   const float near = scales.near;
-  for (std::uint32_t slab = 0; slab < table.slab_count(); ++slab) {
-    const std::uint32_t count = table.cells_of(slab);
-    const float* scale = scales.scale.data() + table.first_cell(slab);
-    const float* depth = scales.depth.data() + table.first_cell(slab);
-    const float* slant = scales.slant.data() + table.first_cell(slab);
-    for (std::uint32_t layer = 0; layer < table.layers_of(slab); ++layer) {
-      const float* errors = table.errors().data() + table.first_step(slab) + layer * count;
-      float* out =
-          thresholds.values.data() + (thresholds.whole_rows[table.first_layer(slab) + layer] + table.first_cell(slab));
-      for (std::uint32_t i = 0; i < count; ++i) {
-        const float e = errors[i];
-        const float distance = std::max(near, std::max(depth[i] - e, slant[i] - 2.0F * e));
-        const float px = std::min(static_cast<float>(kHuge), scale[i] * e / distance);
-        out[i] = px > floor ? px : 0.0F;
-      }
+  const std::uint32_t slab = table.slab_of(first);
+  for (std::uint32_t layer = 0; layer < table.layers_of(slab); ++layer) {
+    const float* errors = table.errors().data() + table.step_index(first, layer + 1);
+    float* out = thresholds.values.data() + (thresholds.whole_rows[table.first_layer(slab) + layer] + first);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const float e = errors[i];
+      const float distance = std::max(near, std::max(scales.depth[i] - e, scales.slant[i] - 2.0F * e));
+      const float px = std::min(static_cast<float>(kHuge), scales.scale[i] * e / distance);
+      out[i] = px > floor ? px : 0.0F;
     }
   }
 }
@@ -59,10 +54,10 @@ void CellScales::resize(std::size_t cells) {
   slant.resize(cells);
 }
 
-void CellScales::set(std::uint32_t cell, const ProjectedError& error, double weight) {
-  scale[cell] = static_cast<float>(std::min(kHuge, weight * error.scale_px));
-  depth[cell] = static_cast<float>(std::clamp(error.depth, -kHuge, kHuge));
-  slant[cell] = static_cast<float>(std::clamp(error.slant, -kHuge, kHuge));
+void CellScales::set(std::size_t i, const ProjectedError& error, double weight) {
+  scale[i] = static_cast<float>(std::min(kHuge, weight * error.scale_px));
+  depth[i] = static_cast<float>(std::clamp(error.depth, -kHuge, kHuge));
+  slant[i] = static_cast<float>(std::clamp(error.slant, -kHuge, kHuge));
   near = static_cast<float>(std::clamp(error.near, 1.0 / kHuge, kHuge));
 }
 
@@ -152,11 +147,15 @@ void ThresholdPass::raise_by(std::uint32_t slab, std::uint32_t generation, float
   }
 }
 
-void ThresholdPass::run(const CellScales& scales, float floor, StepThresholds& thresholds) {
+void ThresholdPass::run(const ScalesOf& scales_of, float floor, StepThresholds& thresholds) {
   place_generations();
   pack_changed();
   thresholds.resize(table_);
-  own_thresholds(table_, scales, floor, thresholds);
+  if (table_.joins_generations()) std::fill(thresholds.values.begin(), thresholds.values.end(), 0.0F);
+  for (const Block& block : blocks_) {
+    scales_of(block.first_cell, block.cell_count, scales_);
+    own_thresholds(table_, block.first_cell, block.cell_count, scales_, floor, thresholds);
+  }
   for (std::uint32_t slab = table_.slab_count(); slab-- > 0;) {
     for (std::uint32_t g = table_.generations_of(slab); g > 0; --g) raise_by(slab, g, thresholds.values.data());
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -10,15 +11,18 @@
 
 namespace fanstream {
 
-// Weight * error_px as arrays by cell, see ProjectedError; `scale` has the weight in it.
+// Weight * error_px of consecutive cells as arrays, see ProjectedError; `scale` has the weight in it.
 struct CellScales {
   std::vector<float> scale;
   std::vector<float> depth;
   std::vector<float> slant;
   float near = 1.0F;
   void resize(std::size_t cells);
-  void set(std::uint32_t cell, const ProjectedError& error, double weight);
+  void set(std::size_t i, const ProjectedError& error, double weight);
 };
+
+// Sets `scales` to those of cells [first, first + count).
+using ScalesOf = std::function<void(std::uint32_t first, std::uint32_t count, CellScales& scales)>;
 
 // Of all generations of all cells. A step is begun when its first generation is in the mesh, so that its segment must
 // be held, and whole when its last one is.
@@ -50,7 +54,7 @@ class ThresholdPass {
  public:
   // The table must outlive the pass. Its dependencies and layers may change between runs.
   explicit ThresholdPass(const CellTable& table) : table_(table) {}
-  void run(const CellScales& scales, float floor, StepThresholds& thresholds);
+  void run(const ScalesOf& scales_of, float floor, StepThresholds& thresholds);
 
  private:
   // Of two generations, by their places among all: the first needs the second.
@@ -76,6 +80,7 @@ class ThresholdPass {
   }
 
   const CellTable& table_;
+  CellScales scales_;                       // scratch
   std::vector<std::uint32_t> first_row_;    // by slab, into rows_
   std::vector<std::uint32_t> rows_;         // by slab and generation: where cell 0 would be
   std::vector<std::uint32_t> rows_before_;  // scratch

@@ -142,6 +142,7 @@ RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added, CornerId root_c
 }
 
 std::vector<Triangle> LinkedFans::triangles(std::size_t end) const {
+  end = std::min(end, fans_.size());
   std::size_t vertices = 0;  // that splits brought
   for (std::size_t v = base_vertices_; v < end; ++v) vertices += fans_[v].count != 0 ? 1 : 0;
   std::vector<Triangle> result(base_faces_ + 2 * vertices + 1);

@@ -32,7 +32,7 @@ struct FanState {
   }
   // Gives back the memory of numbers that have become free.
   void give_back_pages();
-  VertexId vertex_end() const {  // beyond all that are in the mesh
+  VertexId vertex_end() const {  // beyond all that are in the mesh, perhaps beyond the capacity
     return slots.in_use() ? slots.end() : static_cast<VertexId>(fans.vertex_capacity());
   }
   std::size_t memory_bytes() const;

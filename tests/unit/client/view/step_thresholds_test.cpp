@@ -22,6 +22,16 @@ CellScales random_scales(const CellTable& table, SeededRandom& random) {
   return scales;
 }
 
+// A part of what is given for all cells.
+ScalesOf parts_of(const CellScales& all) {
+  return [all](std::uint32_t first, std::uint32_t count, CellScales& scales) {
+    const auto part = [&](const std::vector<float>& values) {
+      return std::vector<float>(values.begin() + first, values.begin() + first + count);
+    };
+    scales = {part(all.scale), part(all.depth), part(all.slant), all.near};
+  };
+}
+
 // Of some cells' single generations, on any earlier one.
 void add_random_dependencies(CellTable& table, SeededRandom& random) {
   const std::uint32_t one_in = 1 + random.below(30);
@@ -114,7 +124,7 @@ TEST(StepThresholds, AreTheLargestOfAllThatDependsOnAStep) {
       if (run == 3) table.set_layer_generations(0, 0, table.layer_generations(0, 0) + 1);
       const CellScales scales = random_scales(table, random);
       const float floor = random.one_in(3) ? 0.0F : static_cast<float>(5.0 * random.unit());
-      pass.run(scales, floor, thresholds);
+      pass.run(parts_of(scales), floor, thresholds);
       expect_thresholds(table, thresholds, thresholds_by_repetition(table, scales, floor, raised));
       if (HasFatalFailure()) return;
     }
@@ -128,7 +138,7 @@ TEST(StepThresholds, CountsAreTheStepsAboveALevel) {
   world.reveal_everything();
   const CellTable& table = world.table();
   StepThresholds thresholds;
-  ThresholdPass(table).run(random_scales(table, random), 0.0F, thresholds);
+  ThresholdPass(table).run(parts_of(random_scales(table, random)), 0.0F, thresholds);
   std::vector<std::uint8_t> counts;
   for (const float level : {0.0F, 0.5F, 5.0F, 50.0F}) {
     count_steps_above(table, thresholds, thresholds.begun_rows, level, 1.25F, counts);
@@ -153,16 +163,16 @@ TEST(StepThresholds, WhatHasBeenAppliedKeepsWhatItLiesOn) {
   scales.set(1, plain, 0.0);
   StepThresholds thresholds;
   ThresholdPass pass(table);
-  pass.run(scales, 0.0F, thresholds);
+  pass.run(parts_of(scales), 0.0F, thresholds);
   for (std::uint32_t p = 1; p <= 3; ++p) EXPECT_EQ(thresholds.begun(table, 1, p), 0.0F);
   const std::vector<Dependency> supports{{3, 1, 2}};
   table.set_supports(0, supports);
-  pass.run(scales, 0.0F, thresholds);
+  pass.run(parts_of(scales), 0.0F, thresholds);
   EXPECT_EQ(thresholds.begun(table, 1, 2), thresholds.begun(table, 0, 3));
   EXPECT_EQ(thresholds.begun(table, 1, 1), thresholds.begun(table, 0, 3));
   EXPECT_EQ(thresholds.begun(table, 1, 3), 0.0F);
   table.set_supports(0, {});
-  pass.run(scales, 0.0F, thresholds);
+  pass.run(parts_of(scales), 0.0F, thresholds);
   for (std::uint32_t p = 1; p <= 3; ++p) EXPECT_EQ(thresholds.begun(table, 1, p), 0.0F);
 }
 

@@ -86,6 +86,8 @@ TEST(LinkedFans, HoldTheTrianglesTheyWereMadeFrom) {
     SCOPED_TRACE(name);
     const LinkedFans fans = fans_of(mesh, 7);
     EXPECT_EQ(fans.triangles(), mesh.triangles);
+    EXPECT_EQ(fans.triangles(mesh.positions.size()), mesh.triangles) << "no others are in the mesh";
+    EXPECT_EQ(fans.triangles(fans.vertex_capacity() + 100'000), mesh.triangles) << "an end beyond all";
     EXPECT_EQ(fans.vertex_capacity(), mesh.positions.size() + 7);
     expect_linked(fans);
     EXPECT_EQ(cycles_of(fans), cycles_of(RingMesh::from_triangles(mesh.positions.size(), mesh.triangles)));
