@@ -333,8 +333,9 @@ std::size_t SplitModel::index_of(const FrequencyTable& table) const {
   const auto place_in = [&table](const FrequencyTable* tables) {
     return (reinterpret_cast<std::uintptr_t>(&table) - reinterpret_cast<std::uintptr_t>(tables)) / sizeof(table);
   };
+  const bool tied = table_count_ == SymbolContexts::kTables;
   const std::size_t built_in = place_in(built_in_tables().data());
-  if (built_in < SymbolContexts::kTables) return built_in;
+  if (tied && built_in < SymbolContexts::kTables) return built_in;
   const std::size_t own = place_in(own_tables_.data());
   return own < own_.size() ? own_[own] : table_count_;
 }

@@ -127,7 +127,7 @@ std::string statistics_source(const TrainedStatistics& trained, const std::strin
     return lines;
   };
   std::string out = fmt::format("// {}\nconstexpr std::uint8_t kDefaultTables[][{}] = {{", comment, kContexts);
-  for (const auto& tables : trained.tables) out += "{" + in_lines(tables) + "\n}, ";
+  for (const auto& tables : trained.tables) out += fmt::format("{{{}\n}}, ", in_lines(tables));
   out += "};\nconstexpr std::uint8_t kDefaultSymbols[][32] = {\n";
   for (const auto& table : statistics.symbols) out += fmt::format("    {{{}}},\n", fmt::join(table, ", "));
   out += "};\nconstexpr std::int8_t kDefaultWeights[][4] = {\n";

@@ -33,7 +33,8 @@ void expect_equal(const SplitStatistics& a, const SplitStatistics& b) {
   ASSERT_EQ(a.has_free_parents, b.has_free_parents);
   if (!a.has_free_parents) return;
   for (std::size_t t = 0; t < a.symbols.size(); ++t) {
-    if (SymbolContexts::is_of_parents(static_cast<int>(t))) ASSERT_EQ(a.symbols[t][3], b.symbols[t][3]);
+    if (!SymbolContexts::is_of_parents(static_cast<int>(t))) continue;
+    ASSERT_EQ(a.symbols[t][3], b.symbols[t][3]);
   }
   ASSERT_EQ(a.free_parent, b.free_parent);
 }
