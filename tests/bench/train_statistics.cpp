@@ -132,8 +132,8 @@ std::string statistics_source(const TrainedStatistics& trained, const std::strin
   for (const auto& table : statistics.symbols) out += fmt::format("    {{{}}},\n", fmt::join(table, ", "));
   out += "};\nconstexpr std::int8_t kDefaultWeights[][4] = {\n";
   for (const auto& weights : statistics.weights) out += fmt::format("    {{{}}},\n", fmt::join(weights, ", "));
-  out += "};\nconstexpr std::int8_t kDefaultScales[] = {" + in_lines(statistics.scales);
-  return out + "\n};\nconstexpr std::int8_t kDefaultSpreads[] = {" + in_lines(statistics.spreads) + "\n};\n";
+  out += fmt::format("}};\nconstexpr std::int8_t kDefaultScales[] = {{{}\n}};\n", in_lines(statistics.scales));
+  return out + fmt::format("constexpr std::int8_t kDefaultSpreads[] = {{{}\n}};\n", in_lines(statistics.spreads));
 }
 
 }  // namespace fanstream::bench
