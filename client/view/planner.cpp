@@ -175,9 +175,14 @@ void Planner::State::set_scales(const ViewJudge& judge, const PlanOptions& optio
                                 std::uint32_t count, CellScales& scales) const {
   scales.resize(count);
   scales.near = to_float(std::max(1e-30, judge.anywhere().error.near));
+  CellJudgement judgement;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const CellJudgement judgement = judgements[first + i];
-    scales.set(i, judgement.error, live[first + i] != 0 || options.speculate ? judgement.weight : 0.0);
+    const std::uint32_t c = first + i;
+    // Those without an extent are judged as the one before, if they come from the same cell.
+    const bool again =
+        i > 0 && table.parent(c) == table.parent(c - 1) && !table.extent_known(c) && !table.extent_known(c - 1);
+    if (!again) judgement = judgements[c];
+    scales.set(i, judgement.error, live[c] != 0 || options.speculate ? judgement.weight : 0.0);
   }
 }
 
