@@ -17,6 +17,8 @@ class KeptJudgements {
  public:
   explicit KeptJudgements(const CellTable& table) : table_(table) {}  // which must outlive it
 
+  const CellTable& table() const { return table_; }
+
   // To be called first, when the view or the extents that are known have changed. `anywhere`: ViewJudge's.
   void begin(const CellJudgement& anywhere);
   // Precondition: the cell's extent is known.
@@ -51,6 +53,27 @@ class KeptJudgements {
   const CellTable& table_;
   std::vector<Kept> kept_;  // by CellTable::extent_number
   CellJudgement anywhere_;
+};
+
+// For going through cells in order: children of one cell that have no extents are judged once.
+class JudgementWalk {
+ public:
+  explicit JudgementWalk(const KeptJudgements& judgements) : judgements_(judgements), table_(judgements.table()) {}
+  // Valid until the next call.
+  const CellJudgement& operator()(std::uint32_t cell) {
+    const bool known = table_.extent_known(cell);
+    if (known || !within_ || table_.parent(cell) != parent_) judgement_ = judgements_[cell];
+    within_ = !known;
+    parent_ = table_.parent(cell);
+    return judgement_;
+  }
+
+ private:
+  const KeptJudgements& judgements_;
+  const CellTable& table_;
+  CellJudgement judgement_;
+  bool within_ = false;  // it is that of a cell of parent_ without extent
+  std::uint32_t parent_ = 0;
 };
 
 }  // namespace fanstream

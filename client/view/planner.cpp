@@ -175,8 +175,9 @@ void Planner::State::set_scales(const ViewJudge& judge, const PlanOptions& optio
                                 std::uint32_t count, CellScales& scales) const {
   scales.resize(count);
   scales.near = to_float(std::max(1e-30, judge.anywhere().error.near));
+  JudgementWalk judgement_of(judgements);
   for (std::uint32_t i = 0; i < count; ++i) {
-    const CellJudgement judgement = judgements[first + i];
+    const CellJudgement& judgement = judgement_of(first + i);
     scales.set(i, judgement.error, live[first + i] != 0 || options.speculate ? judgement.weight : 0.0);
   }
 }
@@ -294,12 +295,13 @@ void Planner::State::state_errors() {
   double now[2] = {0.0, 0.0};  // hidden, seen
   double planned[2] = {0.0, 0.0};
   planned_live.resize(table.cell_count());
+  JudgementWalk judgement_of(judgements);
   for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
     const std::uint32_t parent = table.parent(c);
     planned_live[c] = parent == CellTable::kNoCell ||
                       (planned_live[parent] != 0 && whole_targets[parent] == table.segment_count(parent));
     if (live[c] == 0 && planned_live[c] == 0) continue;
-    const CellJudgement judgement = judgements[c];
+    const CellJudgement& judgement = judgement_of(c);
     if (!judgement.in_frustum) continue;
     const bool seen = judgement.can_be_seen();
     const std::uint32_t applied = table.applied(c);

@@ -40,11 +40,12 @@ void WantOrder::collect(const WantInput& input, const PlanOptions& options) {
   slots_.resize(steps_.size());
   first_slots_.resize(table.cell_count());
   std::uint32_t slots = 0;
+  JudgementWalk judgement_of(input.judgements);
   const double speculation = options.speculation_weight;
   for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
     if (input.held[c] >= input.targets[c]) continue;
     const std::uint32_t layer = first_layers[table.slab_of(c)];
-    const CellJudgement judgement = input.judgements[c];
+    const CellJudgement& judgement = judgement_of(c);
     first_slots_[c] = slots;
     const double weight = judgement.weight * (input.live[c] != 0 ? 1.0 : speculation);
     double px_before = judgement.error.px(table.error_at(c, input.held[c]));

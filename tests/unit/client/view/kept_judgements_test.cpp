@@ -82,6 +82,12 @@ TEST(KeptJudgements, CellsWithoutExtentAreJudgedAsPartOfWhatTheyComeFrom) {
   EXPECT_EQ(kept[5].weight, 0.5);
   EXPECT_EQ(kept[6].weight, 1.0);
   EXPECT_EQ(kept[0].weight, 2.0) << "what was judged stays";
+  JudgementWalk walk(kept);
+  for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
+    const CellJudgement walked = walk(c);
+    EXPECT_EQ(walked.area_px, kept[c].area_px) << c;
+    EXPECT_EQ(walked.weight, kept[c].weight) << c;
+  }
 }
 
 TEST(KeptJudgements, NumbersBeyondSinglePrecisionStayFinite) {
