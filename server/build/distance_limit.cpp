@@ -27,13 +27,23 @@ DistanceLimit::DistanceLimit(const TriangleMesh& mesh, double growth)
       if (around_[v].size == 0) add_point(mesh.positions[v], f);
       pool_[around_[v].begin + around_[v].size++] = f;
     }
-    for (int i = 0; i < 3;
-         ++i) {  // an edge of two faces is seen once from its smaller end; one of a boundary maybe not
+  }
+  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
+    for (int i = 0; i < 3; ++i) {
       const VertexId from = faces_[f].corners[i];
       const VertexId to = faces_[f].corners[(i + 1) % 3];
-      if (from < to) add_point(0.5 * (mesh.positions[from] + mesh.positions[to]), f);
+      if (from < to || !has_edge(to, from)) add_point(0.5 * (mesh.positions[from] + mesh.positions[to]), f);
     }
   }
+}
+
+// Whether a face goes from the one to the other.
+bool DistanceLimit::has_edge(VertexId from, VertexId to) {
+  for (const std::uint32_t f : around(from)) {
+    const auto& c = faces_[f].corners;
+    if ((c[0] == from && c[1] == to) || (c[1] == from && c[2] == to) || (c[2] == from && c[0] == to)) return true;
+  }
+  return false;
 }
 
 void DistanceLimit::add_point(const glm::dvec3& place, std::uint32_t face) {

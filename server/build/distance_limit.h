@@ -61,6 +61,7 @@ class DistanceLimit {
 
   glm::vec3 scaled(const glm::dvec3& p) const { return glm::vec3((p - middle_) * scale_); }
   std::span<std::uint32_t> around(VertexId v) { return {pool_.data() + around_[v].begin, around_[v].size}; }
+  bool has_edge(VertexId from, VertexId to);
   void add_point(const glm::dvec3& place, std::uint32_t face);
   void gather(VertexId root, VertexId removed);
   void gather_one(std::uint32_t face, VertexId centre, VertexId other, bool again);

@@ -25,7 +25,7 @@ std::vector<std::uint32_t> slab_borders(std::span<const std::uint32_t> vertices,
   return borders;
 }
 
-// Of whose merges distances are limited. It takes about as long as all the rest of a build.
+// Models of which distances are limited: it takes about as long as all the rest of a build.
 constexpr std::uint32_t kFewestLimited = 20'000;
 constexpr std::uint32_t kMostLimited = 100'000;
 

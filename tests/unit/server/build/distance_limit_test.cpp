@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <set>
+#include <utility>
 
 #include "common/fans/ring_mesh.h"
 #include "common/geometry/closest_point.h"
@@ -28,13 +29,18 @@ double reached_by(const TriangleMesh& mesh, const Edge& edge) {
   std::vector<glm::dvec3> points;
   std::vector<std::array<glm::dvec3, 3>> rest;
   std::vector<bool> is_placed(at.size(), false);
+  std::set<std::pair<VertexId, VertexId>> edges;  // as they go around faces
+  for (const Triangle& t : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) edges.emplace(t[i], t[(i + 1) % 3]);
+  }
   for (const Triangle& t : mesh.triangles) {
     const bool around = has(t, edge.root) || has(t, edge.removed);
     for (int i = 0; i < 3; ++i) {
       if (around && !is_placed[t[i]]) points.push_back(at[t[i]]);
       is_placed[t[i]] = true;
       const VertexId next = t[(i + 1) % 3];
-      if (around && t[i] < next) points.push_back(0.5 * (at[t[i]] + at[next]));
+      const bool is_second = t[i] > next && edges.contains({next, t[i]});
+      if (around && !is_second) points.push_back(0.5 * (at[t[i]] + at[next]));
     }
     if (!around || (has(t, edge.root) && has(t, edge.removed))) continue;
     std::array<glm::dvec3, 3> face;
