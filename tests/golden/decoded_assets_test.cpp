@@ -19,10 +19,10 @@ struct Golden {
 
 TEST(GoldenAssets, DecodeToTheSameMeshesEverywhere) {
   const Golden goldens[] = {
-      {"sphere", "76e711cd221a980949b1642d65ec037a", "8044a6dae5aa70db909446a03f8e71fc"},
-      {"torus", "1c54a57343bc3ae7cf907d90a7c3c8e3", "016dab1de1e67ab31b605b851d516090"},
-      {"grid", "16debfb06f97f3dbefea1a9a934bb0b8", "8a54551e7e9354082467ee3ba10aa402"},
-      {"two", "8d84b0d7307251c9c6f6cd0a3c86c61e", "193f99039bb019f73754a6ad9dc59be2"},
+      {"sphere", "8b2feacce835692f7f503e153632cc45", "8044a6dae5aa70db909446a03f8e71fc"},
+      {"torus", "1fe932998b64d6d21d235b5f8d429a28", "016dab1de1e67ab31b605b851d516090"},
+      {"grid", "00b31c71ce805f078d5abed55d4630fb", "8a54551e7e9354082467ee3ba10aa402"},
+      {"two", "d479321718ec7e9ec307cec1a9f16d23", "193f99039bb019f73754a6ad9dc59be2"},
       {"two_triangles", "f125f4fa264d046b4637e507c3e7f9f7", "f125f4fa264d046b4637e507c3e7f9f7"},
   };
   for (const Golden& golden : goldens) {

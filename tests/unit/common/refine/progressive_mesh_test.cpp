@@ -51,14 +51,20 @@ TEST(ProgressiveMesh, ATargetAloneMovesNothingThatDependsOnOthers) {
 
 // A cell goes no further than those beside it allow, and pulls nothing along that is not wanted.
 TEST(ProgressiveMesh, ACellWaitsForTheCellsBesideIt) {
-  const auto mesh = waiting(sphere());
-  const MeshMove move = mesh->move_to(std::array{CellTarget{0, ProgressiveMesh::kEverySegment}});
-  EXPECT_GE(mesh->applied_generation(0), 1U);
-  EXPECT_LT(mesh->applied_generation(0), sphere().head->layer_ends[sphere().head->slab_ends[0] - 1]);
-  EXPECT_GT(move.applied, 0U);
-  EXPECT_EQ(mesh->vertex_count(), sphere().head->base.places.size() + move.applied);
-  for (std::uint32_t c = 1; c < sphere().head->root_cell_count; ++c) EXPECT_EQ(mesh->applied_generation(c), 0U);
-  EXPECT_TRUE(is_largest_mesh(*mesh));
+  std::uint64_t applied = 0;  // one cell may have no roots in the generations that it gets through alone
+  for (std::uint32_t cell = 0; cell < sphere().head->root_cell_count; ++cell) {
+    SCOPED_TRACE("cell " + std::to_string(cell));
+    const auto mesh = waiting(sphere());
+    const MeshMove move = mesh->move_to(std::array{CellTarget{cell, ProgressiveMesh::kEverySegment}});
+    applied += move.applied;
+    EXPECT_LT(mesh->applied_generation(cell), sphere().head->layer_ends[sphere().head->slab_ends[0] - 1]);
+    EXPECT_EQ(mesh->vertex_count(), sphere().head->base.places.size() + move.applied);
+    for (std::uint32_t c = 0; c < sphere().head->root_cell_count; ++c) {
+      if (c != cell) EXPECT_EQ(mesh->applied_generation(c), 0U);
+    }
+    EXPECT_TRUE(is_largest_mesh(*mesh));
+  }
+  EXPECT_GT(applied, 0U);
 }
 
 TEST(ProgressiveMesh, CoarseningACellTakesWhatDependsOnItAndNoMore) {
