@@ -142,9 +142,14 @@ class QuadricCost final : public MergeCost {
     return cost <= kMost ? cost : kMost;
   }
 
-  // Times the mean square distance to the power of evenness.
+  // Times the mean square distance to the power of evenness, for which most models have a small whole number.
   double evened(double sum, double area) const {
-    return evenness_ > 0.0 && area > 0.0 ? sum * std::pow(sum / area, evenness_) : sum;
+    if (!(evenness_ > 0.0 && area > 0.0)) return sum;
+    const double mean = sum / area;
+    if (evenness_ == 1.0) return sum * mean;
+    if (evenness_ == 2.0) return sum * (mean * mean);
+    if (evenness_ == 4.0) return sum * ((mean * mean) * (mean * mean));
+    return sum * std::pow(mean, evenness_);
   }
 
   void place_freely(const Quadric& sum, const glm::dvec3& a, const glm::dvec3& b, MergeProposal& best) const {
