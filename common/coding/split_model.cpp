@@ -123,22 +123,20 @@ bool code_group(Coder& coder, std::span<Number> group, std::type_identity_t<std:
 }
 
 // The shares of one table: whether they differ, how many of them at least one, and by how much; the rest are as built
-// in.
+// in. A decoder's all are, before.
 template <class Coder>
 bool code_shares(Coder& coder, std::span<std::uint8_t> shares, std::span<const std::uint8_t> built_in) {
-  std::size_t told = shares.size();
-  while (told > 0 && shares[told - 1] == built_in[told - 1]) --told;
-  if (coder.symbol(differs_table(), told > 0 ? 1 : 0) == 0) {
-    std::copy(built_in.begin(), built_in.end(), shares.begin());
-    return true;
+  std::size_t told = 0;
+  if constexpr (!Coder::kDecodes) {
+    told = shares.size();
+    while (told > 0 && shares[told - 1] == built_in[told - 1]) --told;
   }
+  if (coder.symbol(differs_table(), told > 0 ? 1 : 0) == 0) return true;
   told = coder.bits(5, static_cast<unsigned>(told - 1)) + std::size_t{1};
   if (told > shares.size()) return false;
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    int value = built_in[i];
-    if (i < told) {
-      value = ResidualTables::instance().code(coder, static_cast<float>(built_in[i]), kShareVariance, shares[i]);
-    }
+  for (std::size_t i = 0; i < told; ++i) {
+    const int value =
+        ResidualTables::instance().code(coder, static_cast<float>(built_in[i]), kShareVariance, shares[i]);
     if (value < 0 || value > SplitStatistics::kLeastShare) return false;
     shares[i] = static_cast<std::uint8_t>(value);
   }
