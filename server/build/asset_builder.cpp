@@ -3,6 +3,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <optional>
 
@@ -187,6 +188,8 @@ class Builder {
   }
 
   Result<void> encode(const CodedHistory& coded, std::future<SurfaceErrors>& errors) {
+    // What nobody measures meanwhile is best measured while little memory is in use.
+    if (errors.wait_for(std::chrono::seconds(0)) == std::future_status::deferred) errors.wait();
     const SplitModel model(head_.statistics);
     CellGrower grower(head_, coded, base_numbers_, granularity_.cell_vertices);
     std::vector<std::uint8_t> base_next_splits = grower.next_splits_of_base();

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "common/refine/cell_coder.h"
 #include "server/build/distance_limit.h"
@@ -116,7 +117,7 @@ class Simplifier {
       judge_vertices(places_.size() * run / runs.size(), places_.size() * (run + 1) / runs.size(),
                      [&](const MergeCandidate& edge) { runs[run].push_back(edge); });
     });
-    for (const std::vector<MergeCandidate>& run : runs) queue_.add(run);
+    for (std::vector<MergeCandidate>& run : runs) queue_.add(std::exchange(run, {}));
   }
 
   template <class Sink>
