@@ -78,15 +78,7 @@ GridPoint PositionGrid::encode(const glm::dvec3& position) const {
   return code;
 }
 
-glm::dvec3 PositionGrid::decode(const GridPoint& code) const {
-  glm::dvec3 position;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto& values = values_[static_cast<std::size_t>(axis)];
-    const std::int32_t value = values.empty() ? code[axis] : values[static_cast<std::size_t>(code[axis])];
-    position[axis] = origin_[axis] + step_ * value;
-  }
-  return position;
-}
+glm::dvec3 PositionGrid::decode(const GridPoint& code) const { return origin_ + step_ * glm::dvec3(coordinates(code)); }
 
 void PositionGrid::write(ByteWriter& out) const {
   out.u8(static_cast<std::uint8_t>(bits_));
@@ -126,7 +118,8 @@ Result<PositionGrid> PositionGrid::read(ByteReader& in) {
     std::int64_t previous = -1;
     for (std::uint64_t i = 0; i < count; ++i) {
       const std::uint64_t gap = in.varint();
-      if (in.failed() || gap == 0 || gap > extent + 1 || previous + static_cast<std::int64_t>(gap) > static_cast<std::int64_t>(extent)) {
+      if (in.failed() || gap == 0 || gap > extent + 1 ||
+          previous + static_cast<std::int64_t>(gap) > static_cast<std::int64_t>(extent)) {
         return tl::unexpected(in.error("position grid", "axis values out of order"));
       }
       previous += static_cast<std::int64_t>(gap);

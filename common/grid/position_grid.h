@@ -15,16 +15,17 @@ namespace fanstream {
 inline constexpr int kLeastPositionBits = 6;
 inline constexpr int kMostPositionBits = 20;
 
-// A uniform grid of 2^bits points along the longest axis. On an axis where a model uses few of the grid's values (height
-// fields, CAD), points are numbered by those values alone: their codes are ranks in the axis's list. Codes, not grid
-// coordinates, are what FanSplits carry. Immutable once made.
+// A uniform grid of 2^bits points along the longest axis. On an axis where a model uses few of the grid's values
+// (height fields, CAD), points are numbered by those values alone: their codes are ranks in the axis's list. Codes, not
+// grid coordinates, are what FanSplits carry. Immutable once made.
 class PositionGrid {
  public:
   PositionGrid() = default;
-  // The grid of a model. Precondition: positions are finite and not empty, bits in [kLeastPositionBits, kMostPositionBits].
+  // The grid of a model. Precondition: positions are finite and not empty, bits in [kLeastPositionBits,
+  // kMostPositionBits].
   static PositionGrid fit(const std::vector<glm::dvec3>& positions, int bits);
-  // Bits at which one step is at most a 24th of the mean edge length, within 10..16: coarser steps show in shaded normals,
-  // finer ones code noise.
+  // Bits at which one step is at most a 24th of the mean edge length, within 10..16: coarser steps show in shaded
+  // normals, finer ones code noise.
   static int default_bits(const TriangleMesh& mesh);
 
   int bits() const { return bits_; }
@@ -43,20 +44,28 @@ class PositionGrid {
   glm::vec3 unit() const { return unit_; }
 
   GridPoint encode(const glm::dvec3& position) const;  // the nearest point; exact for points of the fitted model
-  glm::dvec3 decode(const GridPoint& code) const;      // precondition: contains(code)
+  // Precondition of both: contains(code).
+  glm::dvec3 decode(const GridPoint& code) const;
+  GridPoint coordinates(const GridPoint& code) const {  // in grid steps, below 2^bits
+    return {coordinate(0, code.x), coordinate(1, code.y), coordinate(2, code.z)};
+  }
 
   void write(ByteWriter& out) const;
   static Result<PositionGrid> read(ByteReader& in);
 
  private:
+  std::int32_t coordinate(std::size_t axis, std::int32_t code) const {
+    const std::vector<std::int32_t>& values = values_[axis];
+    return values.empty() ? code : values[static_cast<std::size_t>(code)];
+  }
   std::int32_t to_code(int axis, std::int32_t value) const;
   void set_values(int axis, std::vector<std::int32_t> values);
 
   int bits_ = kLeastPositionBits;
   double step_ = 1.0;
   glm::dvec3 origin_{0.0};
-  std::array<std::int32_t, 3> extent_{};                // largest grid coordinate
-  std::array<std::vector<std::int32_t>, 3> values_;     // empty: the code is the grid coordinate
+  std::array<std::int32_t, 3> extent_{};             // largest grid coordinate
+  std::array<std::vector<std::int32_t>, 3> values_;  // empty: the code is the grid coordinate
   std::array<std::int32_t, 3> code_counts_{1, 1, 1};
   glm::vec3 unit_{1.0F};
 };

@@ -3,7 +3,9 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "common/coding/base_places.h"
 #include "server/build/base_matching.h"
@@ -73,11 +75,11 @@ class Builder {
     const MergeHistory history = run_simplify();
     choose_precision_of(history);
     const CodedHistory coded(history, coded_places_, head_.grid, head_.precision);
-    std::future<SurfaceErrors> surface = start_measuring_surface(mesh_.triangles, coded_places_, head_.grid, coded);
+    std::future<SurfaceErrors> surface = start_measuring_surface(placed(), coded);
     plan(history);
     if (Result<void> base = code_base(coded); !base) return tl::unexpected(base.error());
     if (Result<void> trained = train(coded); !trained) return tl::unexpected(trained.error());
-    if (Result<void> encoded = encode(coded, surface.get()); !encoded) return tl::unexpected(encoded.error());
+    if (Result<void> encoded = encode(coded, surface); !encoded) return tl::unexpected(encoded.error());
     return assemble(history);
   }
 
@@ -94,15 +96,20 @@ class Builder {
     for (const glm::dvec3& p : mesh_.positions) coded_places_.push_back(head_.grid.encode(p));
   }
 
-  MergeHistory run_simplify() const {
+  // Made when it is first asked for.
+  const PlacedMesh& placed() {
+    if (!placed_) placed_.emplace(mesh_.triangles, coded_places_, head_.grid);
+    return *placed_;
+  }
+
+  MergeHistory run_simplify() {
     SimplifyOptions simplify_options = simplify_options_of(mesh_, options_);
     simplify_options.progress = [this](double fraction) { report("simplify", fraction); };
     MergeHistory history = simplify(mesh_, simplify_options);
     if (granularity_.fine_share >= 1.0) return history;
     report("order by error", 0.0);
     const CodedHistory coded(history, coded_places_, head_.grid);
-    history = level_by_error(mesh_.triangles, coded_places_, head_.grid, coded, {granularity_.fine_share});
-    return history;
+    return level_by_error(placed(), coded, {granularity_.fine_share});
   }
 
   void choose_precision_of(const MergeHistory& history) {
@@ -180,13 +187,15 @@ class Builder {
     return sample;
   }
 
-  Result<void> encode(const CodedHistory& coded, const SurfaceErrors& errors) {
+  Result<void> encode(const CodedHistory& coded, std::future<SurfaceErrors>& errors) {
+    // What nobody measures meanwhile is best measured while little memory is in use.
+    if (errors.wait_for(std::chrono::seconds(0)) == std::future_status::deferred) errors.wait();
     const SplitModel model(head_.statistics);
     CellGrower grower(head_, coded, base_numbers_, granularity_.cell_vertices);
     std::vector<std::uint8_t> base_next_splits = grower.next_splits_of_base();
     std::vector<RansEncoder> encoders;
     std::vector<std::vector<std::vector<std::byte>>> by_cell;  // [cell][layer of its slab]
-    CellSurface surface(errors);
+    CellSurface surface;
     const auto encoder = [&](std::uint32_t cell) -> RansEncoder& {
       if (cell >= encoders.size()) encoders.resize(cell + 1);
       return encoders[cell];
@@ -211,7 +220,8 @@ class Builder {
     if (!replayed) return replayed;
     index_.cells = grower.cells();
     index_.base_next_splits = std::move(base_next_splits);
-    surface.finish(index_.cells);
+    report("measure errors", 0.0);
+    surface.finish(errors.get(), index_.cells);
     fill_index(by_cell, surface);
     const std::uint32_t slabs = head_.slab_count();
     const auto last_cells = std::count_if(index_.cells.begin(), index_.cells.end(),
@@ -313,7 +323,8 @@ class Builder {
   AssetHead head_;
   AssetIndex index_;
   std::vector<GridPoint> coded_places_;  // of the model's vertices
-  std::vector<VertexId> base_numbers_;   // the model's vertex of each base vertex
+  std::optional<PlacedMesh> placed_;
+  std::vector<VertexId> base_numbers_;  // the model's vertex of each base vertex
   std::vector<std::byte> base_bytes_;
   std::vector<std::vector<std::byte>> layer_segments_;
   std::vector<std::byte> polygon_bytes_;

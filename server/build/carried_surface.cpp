@@ -6,57 +6,89 @@
 
 namespace fanstream {
 
-CarriedSurface::CarriedSurface(const PatchReplay& mesh)
-    : mesh_(mesh),
-      triangles_(mesh.faces().size()),
-      vertices_(mesh.vertex_count()),
-      lists_of_(mesh.faces().size()),
-      lists_(mesh.faces().size()),
-      listed_(mesh.faces().size()) {
-  for (VertexId v = 0; v < vertices_.size(); ++v) vertices_[v].place = mesh.place(v);
-  for (std::uint32_t f = 0; f < triangles_.size(); ++f) {
-    CarriedTriangle& triangle = triangles_[f];
-    std::copy_n(mesh.faces()[f].corners, 3, triangle.corners);
-    triangle.faces[0] = f;
+CarriedSurface::CarriedSurface(const PlacedMesh& mesh, std::uint32_t part) : lists_of_(mesh.faces.size()) {
+  const std::uint32_t first = mesh.part_begin(part);
+  const std::uint32_t count = mesh.part_begin(part + 1) - first;
+  triangles_.resize(count);
+  lists_.resize(count);
+  listed_ = count;
+  number_vertices(mesh, first);
+  for (std::uint32_t t = 0; t < count; ++t) {
+    CarriedTriangle& triangle = triangles_[t];
+    triangle.faces[0] = first + t;
     const glm::dvec3 a(vertices_[triangle.corners[0]].place);
     const glm::dvec3 normal = glm::cross(glm::dvec3(vertices_[triangle.corners[1]].place) - a,
                                          glm::dvec3(vertices_[triangle.corners[2]].place) - a);
     const double length = glm::length(normal);
     if (length > 0.0) triangle.normal = glm::vec3(normal / length);
-    lists_[f] = f;
-    lists_of_[f] = {f, 1};
+    lists_[t] = t;
+    lists_of_[first + t] = {t, 1};
   }
+}
+
+// In the order in which the triangles come to them.
+void CarriedSurface::number_vertices(const PlacedMesh& mesh, std::uint32_t first) {
+  std::vector<VertexId> number(mesh.places.size(), kNone);
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    for (int i = 0; i < 3; ++i) {
+      const VertexId v = mesh.faces[first + t][static_cast<std::size_t>(i)];
+      if (number[v] == kNone) {
+        number[v] = static_cast<VertexId>(vertices_.size());
+        vertices_.emplace_back().place = mesh.places[v];
+      }
+      triangles_[t].corners[i] = number[v];
+    }
+  }
+  model_vertices_ = vertices_.size();
 }
 
 bool CarriedSurface::is_inside(const CarriedTriangle& triangle) const {
   for (int p = 0; p < triangle.piece_count(); ++p) {
-    if (!mesh_.is_covered(triangle.faces[p])) return false;
+    if (!is_covered(triangle.faces[p])) return false;
   }
   return true;
 }
 
 bool CarriedSurface::is_touched(const CarriedTriangle& triangle) const {
   for (int p = 0; p < triangle.piece_count(); ++p) {
-    if (mesh_.is_covered(triangle.faces[p])) return true;
+    if (is_covered(triangle.faces[p])) return true;
   }
   return false;
 }
 
-void CarriedSurface::gather(std::uint32_t patch) {
-  patch_ = patch;
+void CarriedSurface::fetch(const GenerationStars& stars, std::size_t patch) const {
+  constexpr std::size_t kLists = 4;
+  constexpr std::size_t kTriangles = 2;
+  if (patch + kLists < stars.patches.size()) {
+    for (const std::uint32_t f : stars.covered_by(patch + kLists)) prefetch(&lists_of_[f]);
+  }
+  if (patch + kTriangles < stars.patches.size()) {
+    for (const std::uint32_t f : stars.covered_by(patch + kTriangles)) prefetch(&lists_[lists_of_[f].begin]);
+  }
+}
+
+bool CarriedSurface::gather(const GenerationStars& stars, std::size_t patch) {
+  patch_ = stars.patches[patch].number;
   items_.clear();
   has_parts_ = false;
-  for (const std::uint32_t f : mesh_.covered()) {
-    const Range list = lists_of_[f];
+  const auto covered = stars.covered_by(patch);
+  std::uint32_t listed = 0;
+  for (const std::uint32_t f : covered) {
+    List& list = lists_of_[f];
+    list.covered_by = patch_;
+    listed += list.size;
     for (std::uint32_t i = 0; i < list.size; ++i) prefetch(&triangles_[lists_[list.begin + i]]);
   }
-  for (const std::uint32_t f : mesh_.covered()) {
-    const Range list = lists_of_[f];
-    lists_of_[f].size = 0;
-    listed_ -= list.size;
+  if (listed == 0) return false;
+  listed_ -= listed;
+  star_.assign(stars, patch);
+  for (const std::uint32_t f : covered) {
+    List& list = lists_of_[f];
     for (std::uint32_t i = 0; i < list.size; ++i) gather_one(lists_[list.begin + i]);
+    list.size = 0;
   }
   if (has_parts_) join_parts();
+  return true;
 }
 
 // A face lists a triangle by its own number as long as one of its parts is there.
@@ -106,8 +138,7 @@ void CarriedSurface::join(CarriedTriangle& whole) {
   whole.faces[0] = triangles_[whole.children].faces[0];
   for (std::uint32_t i = 0; i < whole.child_count; ++i) {
     for (const VertexId v : triangles_[whole.children + i].corners) {
-      const bool inherited =
-          v < mesh_.vertex_count() || std::find(whole.corners, whole.corners + 3, v) != whole.corners + 3;
+      const bool inherited = v < model_vertices_ || std::find(whole.corners, whole.corners + 3, v) != whole.corners + 3;
       if (inherited || vertices_[v].face == kNone) continue;
       vertices_[v].face = kNone;  // so that it is handed back once
       free_vertices_.push_back(v);
@@ -120,10 +151,10 @@ void CarriedSurface::join(CarriedTriangle& whole) {
 
 TriangleInStar CarriedSurface::in_star(const CarriedTriangle& triangle) const {
   TriangleInStar at;
-  for (int i = 0; i < 3; ++i) at.points[i] = vertices_[triangle.corners[i]].place - mesh_.centre();
+  for (int i = 0; i < 3; ++i) at.points[i] = vertices_[triangle.corners[i]].place - star_.centre();
   at.all_inside = true;
   for (int p = 0; p < triangle.piece_count(); ++p) {
-    at.inside[p] = mesh_.is_covered(triangle.faces[p]);
+    at.inside[p] = is_covered(triangle.faces[p]);
     at.all_inside = at.all_inside && at.inside[p];
   }
   return at;
@@ -138,7 +169,7 @@ VertexId CarriedSurface::add_vertex(const glm::vec3& seen_from_centre) {
     free_vertices_.pop_back();
     vertices_[v] = {};
   }
-  vertices_[v].place = mesh_.centre() + seen_from_centre;
+  vertices_[v].place = star_.centre() + seen_from_centre;
   return v;
 }
 
@@ -174,7 +205,7 @@ std::span<const std::uint32_t> CarriedSurface::cut(std::uint32_t t) {
     part.stamp = patch_;
     std::copy_n(parts_[i].corners, 3, part.corners);
     part.faces[0] = parts_[i].face;
-    if (mesh_.is_covered(part.faces[0])) inside_.push_back(first + i);
+    if (is_covered(part.faces[0])) inside_.push_back(first + i);
   }
   items_.insert(items_.end(), inside_.begin(), inside_.end());
   return inside_;
@@ -201,11 +232,11 @@ void CarriedSurface::cut_above_centre(const CarriedTriangle& whole, const Triang
 
 CarriedSurface::EdgePlane CarriedSurface::best_plane(const TriangleInStar& at) const {
   EdgePlane best;
-  const StarDistance& star = mesh_.star();
+  const StarDistance& star = star_.distance();
   const glm::vec3 middle = at.points[0] + at.points[1] + at.points[2];
   for (std::uint32_t f = 0; f < star.count(); ++f) {
     if (star.after(f) == StarDistance::kNoFace) continue;
-    if (glm::dot(mesh_.edge_after(f), middle) <= 0.0F) continue;  // the plane's other half
+    if (glm::dot(star_.edge_after(f), middle) <= 0.0F) continue;  // the plane's other half
     const glm::vec3 sides(star.side(at.points[0], f), star.side(at.points[1], f), star.side(at.points[2], f));
     const float most = std::max({sides.x, sides.y, sides.z});
     const float least = std::min({sides.x, sides.y, sides.z});
@@ -267,7 +298,7 @@ VertexId CarriedSurface::vertex_at(const CarriedTriangle& whole, const TriangleI
   for (int c = 0; c < 3; ++c) {
     if (at.points[c] == point) return whole.corners[c];
   }
-  const glm::vec3 place = mesh_.centre() + point;
+  const glm::vec3 place = star_.centre() + point;
   for (const Part& part : parts_) {
     for (const VertexId v : part.corners) {
       if (vertices_[v].place == place) return v;
@@ -283,15 +314,15 @@ void CarriedSurface::rewrite_lists() {
       if (triangle.child_count != 0) continue;
       const auto& on = triangle.faces;
       const int count = triangle.piece_count();
-      if (mesh_.is_covered(on[0])) entry(t, on[0]);
-      if (count > 1 && on[1] != on[0] && mesh_.is_covered(on[1])) entry(t, on[1]);
-      if (count > 2 && on[2] != on[0] && on[2] != on[1] && mesh_.is_covered(on[2])) entry(t, on[2]);
+      if (is_covered(on[0])) entry(t, on[0]);
+      if (count > 1 && on[1] != on[0] && is_covered(on[1])) entry(t, on[1]);
+      if (count > 2 && on[2] != on[0] && on[2] != on[1] && is_covered(on[2])) entry(t, on[2]);
     }
   };
   for_each_entry([&](std::uint32_t, std::uint32_t f) { ++lists_of_[f].size; });
   auto end = static_cast<std::uint32_t>(lists_.size());
-  for (const std::uint32_t f : mesh_.star_faces()) {
-    Range& list = lists_of_[f];
+  for (std::uint32_t i = 0; i < star_.count(); ++i) {
+    List& list = lists_of_[star_.face(i)];
     list.begin = end;
     end += list.size;
     listed_ += list.size;
@@ -305,7 +336,7 @@ void CarriedSurface::rewrite_lists() {
 void CarriedSurface::compact_lists() {
   std::vector<std::uint32_t> kept;
   kept.reserve(2 * listed_);
-  for (Range& list : lists_of_) {
+  for (List& list : lists_of_) {
     const auto begin = static_cast<std::uint32_t>(kept.size());
     kept.insert(kept.end(), lists_.begin() + list.begin, lists_.begin() + list.begin + list.size);
     list.begin = begin;

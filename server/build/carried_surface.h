@@ -3,12 +3,13 @@
 #pragma once
 
 #include "server/build/carried_triangle.h"
-#include "server/build/patch_replay.h"
+#include "server/build/patch_star.h"
+#include "server/build/placed_mesh.h"
 
 namespace fanstream {
 
-// Follows a PatchReplay, patch by patch: gather() when the patch's star stands, then each item is given its faces,
-// perhaps after it was cut, then rewrite_lists(). Keeps a reference to the replay. Not thread safe.
+// Follows the patches of a replay: gather() what a patch's covered faces carry, then each item is given its faces of
+// the star, perhaps after it was cut, then rewrite_lists(). Not thread safe.
 //
 // A triangle that cannot be carried well in three pieces is cut into parts, triangles with corners of their own, which
 // stand for it until they come together in one patch.
@@ -24,11 +25,16 @@ class CarriedSurface {
     std::uint32_t distances = 0;  // free for who finds it
   };
 
-  // The replay must not have begun.
-  explicit CarriedSurface(const PatchReplay& mesh);
+  // Of one part of the model: nobody else's pieces are carried here.
+  CarriedSurface(const PlacedMesh& mesh, std::uint32_t part);
 
-  // Finds all triangles of which a covered face carries a piece.
-  void gather(std::uint32_t patch);
+  // Finds all triangles of which a face that a patch covers carries a piece. Returns whether there is one.
+  bool gather(const GenerationStars& stars, std::size_t patch);
+  // Asks for the memory that gathering a patch will need, soon.
+  void fetch(const GenerationStars& stars, std::size_t patch) const;
+  // The star that this patch leaves, which must stay where it is until rewrite_lists(). Call between those two.
+  const PatchStar& star() const { return star_; }
+  bool is_covered(std::uint32_t face) const { return lists_of_[face].covered_by == patch_; }
   const std::vector<std::uint32_t>& items() const { return items_; }
   bool has_parts() const { return has_parts_; }  // whether there are parts among the items, or were until just now
 
@@ -43,9 +49,10 @@ class CarriedSurface {
   void rewrite_lists();
 
  private:
-  struct Range {
+  struct List {  // of what a face carries, in lists_
     std::uint32_t begin = 0;
     std::uint32_t size = 0;
+    std::uint32_t covered_by = kNone;  // the last patch of ours that has covered it
   };
   struct Part {
     VertexId corners[3];
@@ -58,6 +65,7 @@ class CarriedSurface {
 
   bool is_inside(const CarriedTriangle& triangle) const;
   bool is_touched(const CarriedTriangle& triangle) const;
+  void number_vertices(const PlacedMesh& mesh, std::uint32_t first);
   void gather_one(std::uint32_t t);
   void join_parts();
   bool are_parts_inside(const CarriedTriangle& whole) const;
@@ -74,10 +82,10 @@ class CarriedSurface {
   std::uint32_t take_numbers(std::size_t count);
   void compact_lists();
 
-  const PatchReplay& mesh_;
   std::vector<CarriedTriangle> triangles_;
-  std::vector<Vertex> vertices_;  // the full model's, then corners of parts
-  std::vector<Range> lists_of_;   // by face: what it carries, in lists_
+  std::vector<Vertex> vertices_;    // the full model's, then corners of parts
+  std::size_t model_vertices_ = 0;  // those of the full model
+  std::vector<List> lists_of_;      // by face of the current mesh
   std::vector<std::uint32_t> lists_;
   std::size_t listed_ = 0;                         // entries of lists_ in use
   std::vector<std::uint32_t> free_triangles_[10];  // first numbers of runs, by their length
@@ -85,6 +93,7 @@ class CarriedSurface {
 
   // Of a patch.
   std::uint32_t patch_ = 0;
+  PatchStar star_;
   std::vector<std::uint32_t> items_;
   std::vector<Part> parts_;
   std::vector<std::uint32_t> inside_;

@@ -11,21 +11,28 @@ CellSurface::Cell& CellSurface::at(std::uint32_t cell) {
   return cells_[cell];
 }
 
-void CellSurface::add(std::uint32_t cell, std::uint32_t merge) {
-  Cell& c = at(cell);
-  const std::uint32_t patch = surface_.patch_of[merge];
-  c.current = std::max(c.current, surface_.patches[patch].error);
-  if (c.patches.empty() || c.patches.back() != patch) c.patches.push_back(patch);
-}
+void CellSurface::add(std::uint32_t cell, std::uint32_t merge) { at(cell).merges.push_back(merge); }
 
 void CellSurface::end_layer(std::uint32_t cell) {
   Cell& c = at(cell);
-  c.errors.push_back(c.current);
-  c.current = 0.0F;
+  c.layer_ends.push_back(static_cast<std::uint32_t>(c.merges.size()));
 }
 
-void CellSurface::finish(const std::vector<CellEntry>& cells) {
+void CellSurface::read(const SurfaceErrors& surface, Cell& cell) {
+  std::uint32_t m = 0;
+  for (const std::uint32_t end : cell.layer_ends) {
+    float& error = cell.errors.emplace_back(0.0F);
+    for (; m < end; ++m) {
+      const std::uint32_t patch = surface.patch_of[cell.merges[m]];
+      error = std::max(error, surface.patches[patch].error);
+      if (cell.patches.empty() || cell.patches.back() != patch) cell.patches.push_back(patch);
+    }
+  }
+}
+
+void CellSurface::finish(const SurfaceErrors& surface, const std::vector<CellEntry>& cells) {
   for (std::size_t c = cells_.size(); c-- > 0;) {
+    read(surface, cells_[c]);
     std::vector<float>& own = cells_[c].errors;
     std::vector<std::uint32_t>& patches = cells_[c].patches;
     for (std::uint32_t child = cells[c].first_child; child < cells[c].first_child + cells[c].child_count; ++child) {
@@ -33,14 +40,15 @@ void CellSurface::finish(const std::vector<CellEntry>& cells) {
       patches.insert(patches.end(), cells_[child].patches.begin(), cells_[child].patches.end());
     }
     for (std::size_t s = own.size() - 1; s-- > 0;) own[s] = std::max(own[s], own[s + 1]);
+    cells_[c].cone = cone_of(surface, patches);
   }
 }
 
 // Around the mean of the patches' axes.
-CodedCone CellSurface::cone(std::uint32_t cell) const {
+CodedCone CellSurface::cone_of(const SurfaceErrors& surface, const std::vector<std::uint32_t>& patches) {
   glm::dvec3 sum(0.0);
-  for (const std::uint32_t p : cells_[cell].patches) {
-    const NormalCone& cone = surface_.patches[p].normals;
+  for (const std::uint32_t p : patches) {
+    const NormalCone& cone = surface.patches[p].normals;
     if (!(cone.cosine > -1.0F)) return {};
     sum += glm::dvec3(cone.axis);
   }
@@ -49,8 +57,8 @@ CodedCone CellSurface::cone(std::uint32_t cell) const {
   const glm::dvec3 axis = sum / length;
   const auto angle = [](double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)); };
   double widest = 0.0;
-  for (const std::uint32_t p : cells_[cell].patches) {
-    const NormalCone& cone = surface_.patches[p].normals;
+  for (const std::uint32_t p : patches) {
+    const NormalCone& cone = surface.patches[p].normals;
     const glm::dvec3 own = glm::normalize(glm::dvec3(cone.axis));
     widest = std::max(widest, angle(glm::dot(axis, own)) + angle(static_cast<double>(cone.cosine)));
   }

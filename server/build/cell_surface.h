@@ -10,29 +10,30 @@
 
 namespace fanstream {
 
-// Filled while the history is replayed, coarse to fine.
+// Filled while the history is replayed, coarse to fine; what its patches say is not needed before finish().
 class CellSurface {
  public:
-  // Keeps a reference.
-  explicit CellSurface(const SurfaceErrors& surface) : surface_(surface) {}
-
   void add(std::uint32_t cell, std::uint32_t merge);  // a split of the cell in the layer at hand
   void end_layer(std::uint32_t cell);
-  // Then: nothing finer may be further off than what it refines, nor look where that does not.
-  void finish(const std::vector<CellEntry>& cells);
+  // Then. Nothing finer may be further off than what it refines, nor look where that does not.
+  void finish(const SurfaceErrors& surface, const std::vector<CellEntry>& cells);
 
+  // After finish().
   float error(std::uint32_t cell, std::uint32_t segment) const { return cells_[cell].errors[segment]; }
-  CodedCone cone(std::uint32_t cell) const;
+  CodedCone cone(std::uint32_t cell) const { return cells_[cell].cone; }
 
  private:
   struct Cell {
-    std::vector<float> errors;           // of layers that ended
-    float current = 0.0F;                // of the one at hand
-    std::vector<std::uint32_t> patches;  // numbers in surface_.patches; with those of its children once it is finished
+    std::vector<std::uint32_t> merges;
+    std::vector<std::uint32_t> layer_ends;  // into merges
+    std::vector<float> errors;              // by layer
+    std::vector<std::uint32_t> patches;     // with those of its children
+    CodedCone cone;
   };
   Cell& at(std::uint32_t cell);
+  static void read(const SurfaceErrors& surface, Cell& cell);
+  static CodedCone cone_of(const SurfaceErrors& surface, const std::vector<std::uint32_t>& patches);
 
-  const SurfaceErrors& surface_;
   std::vector<Cell> cells_;
 };
 

@@ -5,96 +5,161 @@
 #include <numeric>
 
 #include "server/build/patch_replay.h"
+#include "server/build/patch_star.h"
+#include "server/build/prefetch.h"
 
 namespace fanstream {
 namespace {
 
-constexpr std::uint32_t kNone = PatchReplay::kNone;
+constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-// Which patches wait for which, and how far off each is at the vertices of the full model.
-class PatchOrder {
+// How far patches are off at the vertices of a part of the full model.
+class ReachPart {
  public:
-  PatchOrder(const std::vector<Triangle>& triangles, std::vector<GridPoint> places, const PositionGrid& grid,
-             const CodedHistory& coded)
-      : mesh_(triangles, std::move(places), grid, coded),
-        made_by_(mesh_.faces().size(), kNone),
-        first_point_(mesh_.faces().size(), kNone) {
-    assign_points();
-    mesh_.run([&](std::uint32_t patches) { reach.resize(patches, 0.0F); }, [&](std::uint32_t patch) { visit(patch); });
-    patch_of = mesh_.patch_of_merge();
-    sort_waiting();
+  ReachPart(const PlacedMesh& mesh, std::uint32_t part) : part_(part), first_point_(mesh.faces.size(), kNone) {
+    for (VertexId v = 0; v < mesh.places.size(); ++v) {
+      const PlacedMesh::Range around = mesh.around[v];
+      if (around.size == 0) continue;
+      const std::uint32_t face = mesh.around_pool[around.begin];
+      if (face < mesh.part_begin(part) || face >= mesh.part_begin(part + 1)) continue;
+      points_.push_back({mesh.places[v], kNone});
+      put(static_cast<std::uint32_t>(points_.size() - 1), face);
+    }
   }
 
-  std::vector<float> reach;             // by patch, in grid steps
-  std::vector<std::uint32_t> patch_of;  // by merge
-  // Those that wait for a patch: waiting[waiting_begin[patch], waiting_begin[patch + 1]); their numbers are lower.
-  std::vector<std::uint32_t> waiting_begin{0};
-  std::vector<std::uint32_t> waiting;
+  // Generations must follow each other.
+  void follow(const GenerationStars& stars) {
+    reach_.resize(stars.numbers_end, 0.0F);
+    for (std::size_t p = 0; p < stars.patches.size(); ++p) {
+      if (!stars.patches[p].concerns(part_)) continue;
+      fetch(stars, p);
+      moving_.clear();
+      for (const std::uint32_t f : stars.covered_by(p)) {
+        for (std::uint32_t point = first_point_[f]; point != kNone; point = points_[point].next)
+          moving_.push_back(point);
+        first_point_[f] = kNone;
+      }
+      if (moving_.empty()) continue;
+      star_.assign(stars, p);
+      reach_[stars.patches[p].number] = move();
+    }
+  }
+
+  const std::vector<float>& reach() const { return reach_; }  // by patch, in grid steps
+
+ private:
+  struct Point {
+    glm::vec3 place;
+    std::uint32_t next;  // of the same face
+  };
+
+  // What patches some way on will need.
+  void fetch(const GenerationStars& stars, std::size_t patch) const {
+    constexpr std::size_t kLists = 4;
+    constexpr std::size_t kPoints = 2;
+    if (patch + kLists < stars.patches.size()) {
+      for (const std::uint32_t f : stars.covered_by(patch + kLists)) prefetch(&first_point_[f]);
+    }
+    if (patch + kPoints < stars.patches.size()) {
+      for (const std::uint32_t f : stars.covered_by(patch + kPoints)) {
+        if (first_point_[f] != kNone) prefetch(&points_[first_point_[f]]);
+      }
+    }
+  }
+
+  void put(std::uint32_t point, std::uint32_t face) {
+    points_[point].next = first_point_[face];
+    first_point_[face] = point;
+  }
+
+  float move() {
+    distances_.resize(std::max<std::size_t>(distances_.size(), star_.distance().stored()));
+    float squared = 0.0F;
+    for (const std::uint32_t p : moving_) {
+      const StarDistance::Nearest nearest =
+          star_.distance().nearest(points_[p].place - star_.centre(), distances_.data());
+      squared = std::max(squared, nearest.squared);
+      put(p, star_.face(nearest.face));
+    }
+    return std::sqrt(squared);
+  }
+
+  std::uint32_t part_;
+  std::vector<Point> points_;
+  std::vector<std::uint32_t> first_point_;  // by face: lists of the points that it is the nearest to
+  std::vector<float> reach_;
+
+  // Of a patch.
+  PatchStar star_;
+  std::vector<std::uint32_t> moving_;
+  std::vector<float> distances_;
+};
+
+// Which patches wait for which.
+class WaitingPatches {
+ public:
+  explicit WaitingPatches(std::size_t faces) : made_by_(faces, kNone) {}
+
+  void follow(const GenerationStars& stars) {
+    for (std::size_t p = 0; p < stars.patches.size(); ++p) {
+      const std::uint32_t number = stars.patches[p].number;
+      for (const std::uint32_t f : stars.covered_by(p)) {
+        const std::uint32_t before = made_by_[f];
+        if (before == kNone || (!edges_.empty() && edges_.back().patch == number && edges_.back().waits == before))
+          continue;
+        edges_.push_back({number, before});
+      }
+      for (const GenerationStars::StarFace& f : stars.star_of(p)) made_by_[f.face] = number;
+    }
+  }
+
+  // Neighbours follow each other in a generation, not numbers.
+  void sort(std::size_t patches, std::vector<std::uint32_t>& begin, std::vector<std::uint32_t>& waiting) const {
+    begin.assign(patches + 1, 0);
+    for (const Edge& e : edges_) ++begin[e.patch + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::uint32_t> to = begin;
+    waiting.resize(edges_.size());
+    for (const Edge& e : edges_) waiting[to[e.patch]++] = e.waits;
+  }
 
  private:
   struct Edge {
     std::uint32_t patch, waits;
   };
-
-  void assign_points() {
-    points_.resize(mesh_.vertex_count());
-    next_point_.assign(points_.size(), kNone);
-    for (VertexId v = 0; v < points_.size(); ++v) points_[v] = mesh_.place(v);
-    std::vector<bool> assigned(points_.size(), false);
-    for (std::uint32_t f = 0; f < mesh_.faces().size(); ++f) {
-      for (const VertexId v : mesh_.faces()[f].corners) {
-        if (assigned[v]) continue;
-        assigned[v] = true;
-        next_point_[v] = first_point_[f];
-        first_point_[f] = v;
-      }
-    }
-  }
-
-  void visit(std::uint32_t patch) {
-    const StarDistance& star = mesh_.star();
-    distances_.resize(std::max<std::size_t>(distances_.size(), star.stored()));
-    moving_.clear();
-    float& reach_here = reach[patch];
-    for (const std::uint32_t f : mesh_.covered()) {
-      const std::uint32_t before = made_by_[f];
-      if (before != kNone && (edges_.empty() || edges_.back().patch != patch || edges_.back().waits != before)) {
-        edges_.push_back({patch, before});
-        reach_here = std::max(reach_here, reach[before]);
-      }
-      for (std::uint32_t p = first_point_[f]; p != kNone; p = next_point_[p]) moving_.push_back(p);
-      first_point_[f] = kNone;
-    }
-    float squared = 0.0F;
-    for (const std::uint32_t p : moving_) {
-      const StarDistance::Nearest nearest = star.nearest(points_[p] - mesh_.centre(), distances_.data());
-      squared = std::max(squared, nearest.squared);
-      const std::uint32_t face = mesh_.star_faces()[nearest.face];
-      next_point_[p] = first_point_[face];
-      first_point_[face] = p;
-    }
-    reach_here = std::max(reach_here, std::sqrt(squared));
-    for (const std::uint32_t f : mesh_.star_faces()) made_by_[f] = patch;
-  }
-
-  // Neighbours follow each other in a generation, not numbers.
-  void sort_waiting() {
-    waiting_begin.assign(reach.size() + 1, 0);
-    for (const Edge& e : edges_) ++waiting_begin[e.patch + 1];
-    std::partial_sum(waiting_begin.begin(), waiting_begin.end(), waiting_begin.begin());
-    std::vector<std::uint32_t> to = waiting_begin;
-    waiting.resize(edges_.size());
-    for (const Edge& e : edges_) waiting[to[e.patch]++] = e.waits;
-  }
-
-  PatchReplay mesh_;
-  std::vector<std::uint32_t> made_by_;      // by face: the last patch that has left it
-  std::vector<std::uint32_t> first_point_;  // by face: lists of the points that it is the nearest to
-  std::vector<std::uint32_t> next_point_;   // by point
-  std::vector<glm::vec3> points_;           // the full model's vertices
+  std::vector<std::uint32_t> made_by_;  // by face: the last patch that has left it
   std::vector<Edge> edges_;
-  std::vector<std::uint32_t> moving_;
-  std::vector<float> distances_;
+};
+
+// Which patches wait for which, and how far off each is at the vertices of the full model.
+struct PatchOrder {
+  std::vector<float> reach;             // by patch, in grid steps
+  std::vector<std::uint32_t> patch_of;  // by merge
+  // Those that wait for a patch: waiting[waiting_begin[patch], waiting_begin[patch + 1]); their numbers are lower.
+  std::vector<std::uint32_t> waiting_begin;
+  std::vector<std::uint32_t> waiting;
+
+  PatchOrder(const PlacedMesh& mesh, const CodedHistory& coded) {
+    std::vector<ReachPart> parts;
+    for (std::uint32_t p = 0; p < mesh.part_count(); ++p) parts.emplace_back(mesh, p);
+    WaitingPatches waiting_patches(mesh.faces.size());
+    PatchReplay replay(mesh, coded);
+    replay.run(parts.size() + 1, [&](const GenerationStars& stars, std::size_t i) {
+      if (i == parts.size()) {
+        waiting_patches.follow(stars);
+      } else {
+        parts[i].follow(stars);
+      }
+    });
+    patch_of = replay.patch_of_merge();
+    reach.resize(parts[0].reach().size(), 0.0F);
+    waiting_patches.sort(reach.size(), waiting_begin, waiting);
+    for (std::uint32_t p = 0; p < reach.size(); ++p) {
+      for (const ReachPart& part : parts) reach[p] = std::max(reach[p], part.reach()[p]);
+      for (std::uint32_t i = waiting_begin[p]; i < waiting_begin[p + 1]; ++i)
+        reach[p] = std::max(reach[p], reach[waiting[i]]);
+    }
+  }
 };
 
 class Levels {
@@ -159,9 +224,8 @@ class Levels {
 
 }  // namespace
 
-MergeHistory level_by_error(const std::vector<Triangle>& triangles, std::vector<GridPoint> places,
-                            const PositionGrid& grid, const CodedHistory& coded, const LevelOptions& options) {
-  const PatchOrder order(triangles, std::move(places), grid, coded);
+MergeHistory level_by_error(const PlacedMesh& mesh, const CodedHistory& coded, const LevelOptions& options) {
+  const PatchOrder order(mesh, coded);
   const Levels levels(order, options);
   const MergeHistory& history = coded.history;
   const auto level_of = [&](std::size_t merge) { return levels.by_patch()[order.patch_of[merge]]; };

@@ -1,8 +1,8 @@
 // Generations by error: the merges that a coarse view goes without, apart from those that it needs.
 #pragma once
 
-#include "common/grid/position_grid.h"
 #include "server/build/coded_history.h"
+#include "server/build/placed_mesh.h"
 
 namespace fanstream {
 
@@ -26,10 +26,9 @@ struct LevelOptions {
 // one of them would wait for the other, so the levels are generations. Where they are more than kMostGenerations, the
 // ratio is raised until they are not.
 //
-// Errors are those of the vertices alone, unsigned and not certified: only the order depends on them. `places` are the
-// codes of the model's vertices, `triangles` its faces, from which `coded` was made. Deterministic; O(triangles *
-// generations), a third of the time of measure_surface. Precondition: 0 <= fine_share <= 1, ratio > 1.
-MergeHistory level_by_error(const std::vector<Triangle>& triangles, std::vector<GridPoint> places,
-                            const PositionGrid& grid, const CodedHistory& coded, const LevelOptions& options);
+// Errors are those of the vertices alone, unsigned and not certified: only the order depends on them. `coded` was made
+// from the model that `mesh` is. Deterministic; O(triangles * generations), a third of the time of measure_surface, on
+// as many threads as there are processors. Precondition: 0 <= fine_share <= 1, ratio > 1.
+MergeHistory level_by_error(const PlacedMesh& mesh, const CodedHistory& coded, const LevelOptions& options);
 
 }  // namespace fanstream

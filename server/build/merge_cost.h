@@ -25,12 +25,14 @@ struct MeshView {
   const std::vector<glm::dvec3>& places;  // by vertex
 };
 
-// A measure keeps what it accumulates per vertex itself. Not thread safe.
+// A measure keeps what it accumulates per vertex itself. Not thread safe, but for what it says of proposals.
 class MergeCost {
  public:
   virtual ~MergeCost() = default;
   // The cheapest parent for merging `removed` into its neighbour `root`. The same state gives the same answer.
   virtual MergeProposal propose(VertexId root, VertexId removed) const = 0;
+  // Whether several threads may ask for proposals at the same time.
+  virtual bool proposes_side_by_side() const { return false; }
   // Announces that proposals for these vertices will be asked for; kOutside among them is ignored.
   virtual void fetch(std::span<const VertexId> /*vertices*/) const {}
   // Called after the merge has been made and the root has its new place; `parent` says where, of the two it was.

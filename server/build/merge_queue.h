@@ -38,6 +38,7 @@ class MergeQueue {
  public:
   // Another edge, for the generations to come.
   void add(const MergeCandidate& edge) { judged_.push_back(edge); }
+  void add(const std::vector<MergeCandidate>& edges) { judged_.insert(judged_.end(), edges.begin(), edges.end()); }
 
   // Drops stale edges, sorts in those added, and opens the cheapest `wanted` edges.
   template <class Mesh>

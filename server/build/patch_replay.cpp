@@ -1,84 +1,61 @@
 #include "server/build/patch_replay.h"
 
 #include <algorithm>
-#include <cmath>
-#include <glm/common.hpp>
+
+#include "server/build/prefetch.h"
+#include "server/build/processors.h"
 
 namespace fanstream {
-namespace {
 
-// Where a point lies on a curve through the model's box that keeps neighbours together (Morton).
-std::uint64_t place_on_curve(const glm::vec3& place) {
-  const auto spread = [](float value) {
-    std::uint64_t bits = static_cast<std::uint32_t>(value);
-    bits = (bits | bits << 32U) & 0x001F00000000FFFFU;
-    bits = (bits | bits << 16U) & 0x001F0000FF0000FFU;
-    bits = (bits | bits << 8U) & 0x100F00F00F00F00FU;
-    bits = (bits | bits << 4U) & 0x10C30C30C30C30C3U;
-    return (bits | bits << 2U) & 0x1249249249249249U;
-  };
-  return spread(place.x) | spread(place.y) << 1U | spread(place.z) << 2U;
+PatchReplay::PatchReplay(const PlacedMesh& mesh, const CodedHistory& coded)
+    : mesh_(mesh),
+      coded_(coded),
+      codes_(mesh.codes),
+      places_(mesh.places),
+      faces_(mesh.faces.size()),
+      around_(mesh.around),
+      around_pool_(mesh.around_pool),
+      member_(mesh.places.size(), kNone),
+      patch_of_root_(mesh.places.size(), kNone),
+      patch_of_(coded.history.merges.size()) {
+  for (std::uint32_t part = 0; part < mesh.part_count(); ++part) {
+    for (std::uint32_t f = mesh.part_begin(part); f < mesh.part_begin(part + 1); ++f) {
+      std::copy_n(mesh.faces[f].begin(), 3, faces_[f].corners);
+      faces_[f].parts = static_cast<std::uint8_t>(1U << part);
+    }
+  }
 }
 
-}  // namespace
-
-PatchReplay::PatchReplay(const std::vector<Triangle>& triangles, std::vector<GridPoint> codes, const PositionGrid& grid,
-                         const CodedHistory& coded)
-    : coded_(coded), grid_(grid), codes_(std::move(codes)), patch_of_(coded.history.merges.size()) {
-  place_vertices(triangles);
-  place_faces(triangles);
+// The next generation is replayed beside those who follow the one at hand.
+void PatchReplay::run(std::size_t followers, const std::function<void(const GenerationStars&, std::size_t)>& follow) {
+  const unsigned threads = threads_worth_while(mesh_.faces.size());
+  GenerationStars now, next;
+  bool more = replay_next(now);
+  while (more) {
+    run_side_by_side(threads, followers + 1, [&](std::size_t i) {
+      if (i == 0) {
+        more = replay_next(next);
+      } else {
+        follow(now, i - 1);
+      }
+    });
+    std::swap(now, next);
+  }
 }
 
-glm::vec3 PatchReplay::value_of(const GridPoint& code) const {
-  const glm::dvec3 steps = (grid_.decode(code) - grid_.decode(GridPoint(0))) / grid_.step();
-  return {std::round(steps.x), std::round(steps.y), std::round(steps.z)};
-}
-
-// All of the full model is worked through again and again: what lies together is stored together.
-void PatchReplay::place_vertices(const std::vector<Triangle>& triangles) {
-  struct Entry {
-    std::uint64_t at;
-    VertexId v;
-  };
-  std::vector<Entry> entries(codes_.size());
-  for (VertexId v = 0; v < entries.size(); ++v) entries[v] = {place_on_curve(value_of(codes_[v])), v};
-  std::sort(entries.begin(), entries.end(),
-            [](const Entry& a, const Entry& b) { return a.at != b.at ? a.at < b.at : a.v < b.v; });
-  number_.resize(codes_.size());
-  places_.resize(codes_.size());
-  for (std::uint32_t i = 0; i < entries.size(); ++i) {
-    number_[entries[i].v] = i;
-    places_[i] = value_of(codes_[entries[i].v]);
+// Merges a generation's patches and tells what they were. False, and nothing told, if there is none left.
+bool PatchReplay::replay_next(GenerationStars& stars) {
+  if (generation_ == coded_.history.generation_count()) return false;
+  gather_patches(generation_++);
+  stars.clear();
+  stars.numbers_end = first_patch_ + static_cast<std::uint32_t>(roots_.size());
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    fetch(i);
+    const std::size_t covered_begin = stars.covered.size();
+    cover(order_[i], stars);
+    leave_star(std::span(stars.covered).subspan(covered_begin), stars);
   }
-  around_.resize(codes_.size());
-  member_.assign(codes_.size(), kNone);
-  patch_of_root_.assign(codes_.size(), kNone);
-  for (const Triangle& t : triangles) {
-    for (const VertexId v : t) ++around_[number_[v]].size;
-  }
-  std::uint32_t begin = 0;
-  for (Range& range : around_) {
-    range.begin = begin;
-    begin += range.size;
-    range.size = 0;
-  }
-  around_pool_.resize(begin);
-}
-
-// By their smallest vertices.
-void PatchReplay::place_faces(const std::vector<Triangle>& triangles) {
-  std::vector<std::uint32_t> first(codes_.size() + 1, 0);
-  const auto smallest = [&](const Triangle& t) { return std::min({number_[t[0]], number_[t[1]], number_[t[2]]}); };
-  for (const Triangle& t : triangles) ++first[smallest(t) + 1];
-  for (std::size_t v = 0; v < codes_.size(); ++v) first[v + 1] += first[v];
-  faces_.resize(triangles.size());
-  for (const Triangle& t : triangles) {
-    Face& face = faces_[first[smallest(t)]++];
-    for (int i = 0; i < 3; ++i) face.corners[i] = number_[t[i]];
-  }
-  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
-    for (const VertexId v : faces_[f].corners) around_pool_[around_[v].begin + around_[v].size++] = f;
-  }
+  return true;
 }
 
 // The roots of a generation, the vertices each absorbs, and the roots' places afterwards.
@@ -91,7 +68,7 @@ void PatchReplay::gather_patches(std::uint32_t k) {
   root_codes_.clear();
   for (std::uint32_t m = begin; m < end; ++m) {
     const MergeRecord& merge = history.merges[m];
-    const VertexId root = number_[merge.root];
+    const VertexId root = mesh_.number[merge.root];
     std::uint32_t& patch = patch_of_root_[root];
     if (patch == kNone || patch < first_patch_) {
       patch = first_patch_ + static_cast<std::uint32_t>(roots_.size());
@@ -102,7 +79,7 @@ void PatchReplay::gather_patches(std::uint32_t k) {
     codes_[merge.root] = coded_.place_after(m, codes_[merge.root], codes_[merge.removed]);
   }
   gather_absorbed(begin, end);
-  for (std::size_t p = 0; p < roots_.size(); ++p) places_[roots_[p]] = value_of(codes_[root_codes_[p]]);
+  for (std::size_t p = 0; p < roots_.size(); ++p) places_[roots_[p]] = mesh_.place_of(codes_[root_codes_[p]]);
   order_.resize(roots_.size());
   for (std::uint32_t p = 0; p < order_.size(); ++p) order_[p] = p;
   std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) { return roots_[a] < roots_[b]; });
@@ -115,38 +92,43 @@ void PatchReplay::gather_absorbed(std::uint32_t begin, std::uint32_t end) {
   for (std::size_t p = 0; p < roots_.size(); ++p) absorbed_begin_[p + 1] += absorbed_begin_[p];
   absorbed_.resize(end - begin);
   for (std::uint32_t m = end; m-- > begin;) {
-    absorbed_[--absorbed_begin_[patch_of_[m] - first_patch_ + 1]] = number_[coded_.history.merges[m].removed];
+    absorbed_[--absorbed_begin_[patch_of_[m] - first_patch_ + 1]] = mesh_.number[coded_.history.merges[m].removed];
   }
   // Every count above has become the beginning of the patch before it.
   for (std::size_t p = 0; p < roots_.size(); ++p) absorbed_begin_[p] = absorbed_begin_[p + 1];
   absorbed_begin_[roots_.size()] = end - begin;
 }
 
-// The faces around the root and all that it absorbs. Those with one corner among them remain, with the root in its
-// place.
-void PatchReplay::cover(std::uint32_t p) {
+// The faces around the root and all that it absorbs.
+void PatchReplay::cover(std::uint32_t p, GenerationStars& stars) {
   const auto absorbed = std::span(absorbed_).subspan(absorbed_begin_[p], absorbed_begin_[p + 1] - absorbed_begin_[p]);
   patch_ = first_patch_ + p;
   root_ = roots_[p];
-  covered_.clear();
   member_[root_] = patch_;
-  for (const VertexId v : absorbed) member_[v] = patch_;
-  const auto add_around = [&](VertexId v) {
-    for (std::uint32_t i = 0; i < around_[v].size; ++i) {
-      const std::uint32_t f = around_pool_[around_[v].begin + i];
-      if (faces_[f].is_gone() || is_covered(f)) continue;
-      faces_[f].covered_by = patch_;
-      covered_.push_back(f);
-    }
-  };
-  add_around(root_);
-  for (const VertexId v : absorbed) add_around(v);
+  cover_around(root_, stars);
+  for (const VertexId v : absorbed) {
+    member_[v] = patch_;
+    cover_around(v, stars);
+  }
 }
 
-void PatchReplay::make_star() {
+void PatchReplay::cover_around(VertexId v, GenerationStars& stars) {
+  const PlacedMesh::Range range = around_[v];
+  for (std::uint32_t i = range.begin; i < range.begin + range.size; ++i) {
+    Face& face = faces_[around_pool_[i]];
+    if (face.is_gone() || face.covered_by == patch_) continue;
+    face.covered_by = patch_;
+    stars.covered.push_back(around_pool_[i]);
+  }
+}
+
+// Those with one corner among the patch's vertices remain, with the root in its place.
+void PatchReplay::leave_star(std::span<const std::uint32_t> covered, GenerationStars& stars) {
   rest_.clear();
-  for (const std::uint32_t f : covered_) {
+  std::uint8_t parts = 0;
+  for (const std::uint32_t f : covered) {
     Face& face = faces_[f];
+    parts |= face.parts;
     int members = 0;
     int at = 0;
     for (int i = 0; i < 3; ++i) {
@@ -161,26 +143,32 @@ void PatchReplay::make_star() {
     }
   }
   order_rest();
-  star_.clear();
-  star_faces_.clear();
-  extent_ = 0.0F;
+  const glm::vec3& centre = places_[root_];
   const auto around_begin = static_cast<std::uint32_t>(around_pool_.size());
   for (const StarFace& f : rest_) {
     Face& face = faces_[f.face];
     face.corners[0] = root_;
     face.corners[1] = f.from;
     face.corners[2] = f.to;
-    face.in_star = star_.count();
-    const glm::vec3 from = places_[f.from] - centre();
-    const glm::vec3 to = places_[f.to] - centre();
-    const glm::vec3 most = glm::max(glm::abs(from), glm::abs(to));
-    extent_ = std::max({extent_, most.x, most.y, most.z});
-    star_.add(from, to);
-    star_faces_.push_back(f.face);
+    face.parts = parts;
     around_pool_.push_back(f.face);
+    stars.star.push_back({f.face, places_[f.from] - centre, places_[f.to] - centre});
   }
-  star_.finish(rest_.size() > 2 && rest_.back().to == rest_.front().from);
-  around_[root_] = {around_begin, static_cast<std::uint32_t>(around_pool_.size()) - around_begin};
+  around_[root_] = {around_begin, static_cast<std::uint32_t>(rest_.size())};
+  const bool closed = rest_.size() > 2 && rest_.back().to == rest_.front().from;
+  stars.patches.push_back({patch_, centre, static_cast<std::uint32_t>(stars.covered.size()),
+                           static_cast<std::uint32_t>(stars.star.size()), closed, parts});
+}
+
+// What patches some way on will need.
+void PatchReplay::fetch(std::size_t at) const {
+  constexpr std::size_t kRanges = 12;
+  constexpr std::size_t kFaces = 6;
+  if (at + kRanges < order_.size()) prefetch(&around_pool_[around_[roots_[order_[at + kRanges]]].begin]);
+  if (at + kFaces < order_.size()) {
+    const PlacedMesh::Range range = around_[roots_[order_[at + kFaces]]];
+    for (std::uint32_t i = range.begin; i < range.begin + range.size; ++i) prefetch(&faces_[around_pool_[i]]);
+  }
 }
 
 // Around the root; an open star from its first face on.

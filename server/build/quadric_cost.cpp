@@ -107,6 +107,8 @@ class QuadricCost final : public MergeCost {
     return best;
   }
 
+  bool proposes_side_by_side() const override { return true; }
+
   void fetch(std::span<const VertexId> vertices) const override {
     for (const VertexId v : vertices) {
       if (v == kOutside) continue;

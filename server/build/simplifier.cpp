@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "common/refine/cell_coder.h"
 #include "server/build/distance_limit.h"
@@ -12,6 +13,7 @@
 #include "server/build/merge_valences.h"
 #include "server/build/merged_ring.h"
 #include "server/build/prefetch.h"
+#include "server/build/processors.h"
 
 namespace fanstream {
 namespace {
@@ -104,9 +106,25 @@ class Simplifier {
   }
 
   void judge_all() {
-    for (VertexId v = 0; v < places_.size(); ++v) {
+    const std::size_t triangles = 2 * std::size_t{alive_};
+    const unsigned threads = cost_->proposes_side_by_side() ? threads_worth_while(triangles) : 1;
+    if (threads == 1) {
+      judge_vertices(0, places_.size(), [&](const MergeCandidate& edge) { queue_.add(edge); });
+      return;
+    }
+    std::vector<std::vector<MergeCandidate>> runs(4 * std::size_t{threads});
+    run_side_by_side(threads, runs.size(), [&](std::size_t run) {
+      judge_vertices(places_.size() * run / runs.size(), places_.size() * (run + 1) / runs.size(),
+                     [&](const MergeCandidate& edge) { runs[run].push_back(edge); });
+    });
+    for (std::vector<MergeCandidate>& run : runs) queue_.add(std::exchange(run, {}));
+  }
+
+  template <class Sink>
+  void judge_vertices(std::size_t begin, std::size_t end, Sink&& sink) const {
+    for (auto v = static_cast<VertexId>(begin); v < end; ++v) {
       for (const VertexId w : rings_.ring(v)) {
-        if (v < w && w != kOutside) queue_.add(judge(v, w));
+        if (v < w && w != kOutside) sink(judge(v, w));
       }
     }
   }

@@ -2,32 +2,40 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
+#include <memory>
+#include <numbers>
 #include <system_error>
 
 #include "server/build/carried_surface.h"
+#include "server/build/patch_replay.h"
 #include "server/build/processors.h"
 #include "server/build/usual_errors.h"
 
 namespace fanstream {
 namespace {
 
-class SurfaceTracker {
+// What patches say of a part of the full model's triangles.
+class SurfacePart {
  public:
-  SurfaceTracker(const std::vector<Triangle>& triangles, std::vector<GridPoint> codes, const PositionGrid& grid,
-                 const CodedHistory& coded)
-      : step_(grid.step()), mesh_(triangles, std::move(codes), grid, coded), surface_(mesh_) {}
+  static constexpr float kUntouched = -1.0F;  // as the error of a patch whose faces carry nothing of this part
 
-  SurfaceErrors run() {
-    mesh_.run(
-        [&](std::uint32_t patches) {
-          result_.patches.resize(patches);
-          usual_.begin_generation();
-        },
-        [&](std::uint32_t patch) { measure(patch); });
-    result_.patch_of = mesh_.patch_of_merge();
-    return std::move(result_);
+  SurfacePart(const PlacedMesh& mesh, std::uint32_t part)
+      : step_(mesh.grid.step()), part_(part), surface_(mesh, part) {}
+
+  // Generations must follow each other.
+  void follow(const GenerationStars& stars) {
+    result_.resize(stars.numbers_end, {kUntouched, {}});
+    usual_.begin_generation();
+    for (std::size_t p = 0; p < stars.patches.size(); ++p) {
+      if (!stars.patches[p].concerns(part_)) continue;
+      surface_.fetch(stars, p);
+      if (surface_.gather(stars, p)) result_[stars.patches[p].number] = measure(stars.patches[p].number);
+    }
   }
+
+  const std::vector<PatchSurface>& result() const { return result_; }  // by patch
 
  private:
   // A bound is good enough that is this much above a distance which is there for sure, or above this share of what is
@@ -43,20 +51,20 @@ class SurfaceTracker {
     std::uint32_t depth = 0;
   };
 
-  void measure(std::uint32_t patch) {
+  PatchSurface measure(std::uint32_t patch) {
     patch_ = patch;
-    extent_ = mesh_.extent();
-    surface_.gather(patch);
+    extent_ = star().extent();
     find_nearest();
     carry_mixed();
-    usual_.raise(mesh_.centre(), std::sqrt(carrier_.lower()), extent_);
+    usual_.raise(star().centre(), std::sqrt(carrier_.lower()), extent_);
     const float error = std::sqrt(carrier_.upper()) + StarDistance::kMargin * extent_ + part_rounding();
-    result_.patches[patch].error =
-        std::nextafter(static_cast<float>(error * step_), std::numeric_limits<float>::infinity());
-    result_.patches[patch].normals = cone();
+    const PatchSurface found{std::nextafter(static_cast<float>(error * step_), std::numeric_limits<float>::infinity()),
+                             cone()};
     surface_.rewrite_lists();
+    return found;
   }
 
+  const PatchStar& star() const { return surface_.star(); }
   void reach(const glm::vec3& p) { extent_ = std::max({extent_, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}); }
 
   // The nearest face of the star for each vertex with a piece inside. Triangles whose corners are all nearest to the
@@ -68,9 +76,9 @@ class SurfaceTracker {
     float most = 0.0F;
     for (const std::uint32_t t : surface_.items()) {
       CarriedTriangle& triangle = surface_.triangle(t);
-      bool all = triangle.cut != Cut::strips || mesh_.is_covered(triangle.faces[1]);
+      bool all = triangle.cut != Cut::strips || surface_.is_covered(triangle.faces[1]);
       for (int i = 0; i < 3; ++i) {
-        if (mesh_.is_covered(triangle.faces[triangle.piece_of_corner(i)])) {
+        if (surface_.is_covered(triangle.faces[triangle.piece_of_corner(i)])) {
           most = std::max(most, nearest_to(triangle.corners[i]));
         } else {
           all = false;
@@ -79,17 +87,17 @@ class SurfaceTracker {
       const auto face = [&](int i) { return surface_.vertex(triangle.corners[i]).face; };
       if (all && face(0) == face(1) && face(1) == face(2)) {
         triangle.cut = Cut::whole;
-        triangle.faces[0] = mesh_.star_faces()[face(0)];
+        triangle.faces[0] = star().face(face(0));
       } else {
         mixed_.push_back(t);
       }
     }
-    const float usual = kUsualShare * usual_.value(mesh_.centre());
-    carrier_.begin(mesh_.star(), most, usual * usual);
+    const float usual = kUsualShare * usual_.value(star().centre());
+    carrier_.begin(star().distance(), most, usual * usual);
   }
 
   float* room_for_distances(std::size_t begin) {
-    const std::size_t end = begin + mesh_.star().stored();
+    const std::size_t end = begin + star().distance().stored();
     if (distances_.size() < end) distances_.resize(2 * end);
     return distances_.data() + begin;
   }
@@ -97,20 +105,20 @@ class SurfaceTracker {
   float nearest_to(VertexId v) {
     CarriedSurface::Vertex& vertex = surface_.vertex(v);
     if (vertex.stamp == patch_) return vertex.squared;
-    const glm::vec3 at = vertex.place - mesh_.centre();
-    const StarDistance::Nearest nearest = mesh_.star().nearest(at, room_for_distances(distances_used_));
+    const glm::vec3 at = vertex.place - star().centre();
+    const StarDistance::Nearest nearest = star().distance().nearest(at, room_for_distances(distances_used_));
     vertex.stamp = patch_;
     vertex.squared = nearest.squared;
     vertex.face = nearest.face;
     vertex.distances = static_cast<std::uint32_t>(distances_used_);
-    if (keep_distances_) distances_used_ += mesh_.star().stored();
+    if (keep_distances_) distances_used_ += star().distance().stored();
     reach(at);
     return nearest.squared;
   }
 
   TriangleInStar in_star(const CarriedTriangle& triangle) {
     TriangleInStar at = surface_.in_star(triangle);
-    room_for_distances(2 * std::size_t{mesh_.star().stored()});
+    room_for_distances(2 * std::size_t{star().distance().stored()});
     for (int i = 0; i < 3; ++i) {
       const CarriedSurface::Vertex& vertex = surface_.vertex(triangle.corners[i]);
       reach(at.points[i]);
@@ -119,8 +127,8 @@ class SurfaceTracker {
       at.squared[i] = vertex.squared;
       std::size_t begin = vertex.distances;
       if (!keep_distances_) {
-        begin = i * std::size_t{mesh_.star().stored()};
-        mesh_.star().nearest(at.points[i], distances_.data() + begin);
+        begin = i * std::size_t{star().distance().stored()};
+        star().distance().nearest(at.points[i], distances_.data() + begin);
       }
       at.distances[i] = distances_.data() + begin;
     }
@@ -157,7 +165,7 @@ class SurfaceTracker {
     if (squared > enough() && !must) return false;
     carrier_.accept(squared);
     for (int p = 0; p < carried.piece_count(); ++p) {
-      if (at.all_inside || at.inside[p]) carried.faces[p] = mesh_.star_faces()[at.faces[p]];
+      if (at.all_inside || at.inside[p]) carried.faces[p] = star().face(at.faces[p]);
     }
     surface_.triangle(t) = carried;
     return true;
@@ -166,7 +174,7 @@ class SurfaceTracker {
   // Corners of parts are rounded to floats, those of parts of parts again.
   float part_rounding() const {
     if (!has_parts_) return 0.0F;
-    const glm::vec3& p = mesh_.centre();
+    const glm::vec3& p = star().centre();
     return 1e-6F * (std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}) + extent_);
   }
 
@@ -187,11 +195,11 @@ class SurfaceTracker {
   }
 
   double step_;
-  PatchReplay mesh_;
+  std::uint32_t part_;
   CarriedSurface surface_;
   TriangleCarrier carrier_;
   UsualErrors usual_;
-  SurfaceErrors result_;
+  std::vector<PatchSurface> result_;
 
   // Of a patch.
   std::uint32_t patch_ = 0;
@@ -204,21 +212,50 @@ class SurfaceTracker {
   bool has_parts_ = false;
 };
 
-}  // namespace
-
-SurfaceErrors measure_surface(const std::vector<Triangle>& triangles, std::vector<GridPoint> places,
-                              const PositionGrid& grid, const CodedHistory& coded) {
-  return SurfaceTracker(triangles, std::move(places), grid, coded).run();
+// Holds both.
+NormalCone joined(const NormalCone& a, const NormalCone& b) {
+  const glm::dvec3 sum = glm::dvec3(a.axis) + glm::dvec3(b.axis);
+  const double length = glm::length(sum);
+  if (!(a.cosine > -1.0F) || !(b.cosine > -1.0F) || !(length > 0.0)) return {};
+  NormalCone both;
+  both.axis = glm::vec3(sum / length);
+  const auto widest = [&](const NormalCone& cone) {
+    const auto angle = [](double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)); };
+    return angle(glm::dot(glm::dvec3(both.axis), glm::dvec3(cone.axis))) + angle(static_cast<double>(cone.cosine));
+  };
+  constexpr double kSlack = 1e-5;  // of single precision
+  const double angle = std::max(widest(a), widest(b)) + kSlack;
+  both.cosine = angle < std::numbers::pi ? static_cast<float>(std::cos(angle)) : -1.0F;
+  return both;
 }
 
-std::future<SurfaceErrors> start_measuring_surface(const std::vector<Triangle>& triangles,
-                                                   std::vector<GridPoint> places, const PositionGrid& grid,
-                                                   const CodedHistory& coded) {
-  constexpr std::size_t kWorthAThread = 30'000;
-  const auto measure = [&triangles, &grid, &coded, codes = std::move(places)] {
-    return measure_surface(triangles, codes, grid, coded);
-  };
-  if (triangles.size() >= kWorthAThread && usable_processors() > 1) {
+void join(const std::vector<PatchSurface>& part, std::vector<PatchSurface>& all) {
+  for (std::size_t p = 0; p < all.size(); ++p) {
+    if (part[p].error == SurfacePart::kUntouched) continue;
+    all[p].normals =
+        all[p].error == SurfacePart::kUntouched ? part[p].normals : joined(all[p].normals, part[p].normals);
+    all[p].error = std::max(all[p].error, part[p].error);
+  }
+}
+
+}  // namespace
+
+SurfaceErrors measure_surface(const PlacedMesh& mesh, const CodedHistory& coded) {
+  PatchReplay replay(mesh, coded);
+  std::vector<std::unique_ptr<SurfacePart>> parts;
+  for (std::uint32_t p = 0; p < mesh.part_count(); ++p) parts.push_back(std::make_unique<SurfacePart>(mesh, p));
+  replay.run(parts.size(), [&](const GenerationStars& stars, std::size_t part) { parts[part]->follow(stars); });
+  SurfaceErrors errors;
+  errors.patch_of = replay.patch_of_merge();
+  errors.patches = parts[0]->result();
+  for (std::size_t p = 1; p < parts.size(); ++p) join(parts[p]->result(), errors.patches);
+  for (PatchSurface& patch : errors.patches) patch.error = std::max(patch.error, 0.0F);
+  return errors;
+}
+
+std::future<SurfaceErrors> start_measuring_surface(const PlacedMesh& mesh, const CodedHistory& coded) {
+  const auto measure = [&mesh, &coded] { return measure_surface(mesh, coded); };
+  if (threads_worth_while(mesh.faces.size()) > 1) {
     try {
       return std::async(std::launch::async, measure);
     } catch (const std::system_error&) {

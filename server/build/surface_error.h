@@ -23,9 +23,9 @@
 // Tightness. A triangle is cut further as long as its bound is more than 3 % and a tenth of a grid step above the
 // largest distance that some tracked point in its patch has from the star, or above 0.8 of what points have in other
 // patches around: those decide what a whole cell of patches says. (With all of it instead of 0.8 a view takes 2 to 8 %
-// more bytes to the same stated error; with none of it no fewer, for a fifth more time.) Measured on bunny, armadillo, fandisk, mountain, cow and dragon, the largest bound
-// of a level is 1.0 to 1.3 times the largest sampled distance, but for the finest levels of the fandisk (1.6, where
-// that is 3 grid steps).
+// more bytes to the same stated error; with none of it no fewer, for a fifth more time.) Measured on bunny, armadillo,
+// fandisk, mountain, cow and dragon, the largest bound of a level is 1.0 to 1.3 times the largest sampled distance, but
+// for the finest levels of the fandisk (1.6, where that is 3 grid steps).
 //
 // Rounding. Grid places are exact in floats; distances are to points within a face but for the rounding of a few
 // operations, for which a margin is added (StarDistance::kMargin), and one for the corners of parts, which are rounded
@@ -44,8 +44,8 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "common/grid/position_grid.h"
 #include "server/build/coded_history.h"
+#include "server/build/placed_mesh.h"
 
 namespace fanstream {
 
@@ -66,15 +66,13 @@ struct SurfaceErrors {
   std::vector<std::uint32_t> patch_of;  // by merge
 };
 
-// `places` are the codes of the model's vertices, `triangles` its faces, from which `coded` was made. Deterministic;
-// O(triangles * generations). About 170 bytes a triangle of working memory.
-SurfaceErrors measure_surface(const std::vector<Triangle>& triangles, std::vector<GridPoint> places,
-                              const PositionGrid& grid, const CodedHistory& coded);
+// `coded` was made from the model that `mesh` is. Deterministic: a large model is measured in parts, which are the same
+// on every machine, on as many threads as there are processors. O(triangles * generations). About 200 bytes a triangle
+// of working memory.
+SurfaceErrors measure_surface(const PlacedMesh& mesh, const CodedHistory& coded);
 
 // The same, if there is a second processor for it on a thread of its own, else when the result is asked for. The
 // arguments must stay as they are until then, or until the future is gone.
-std::future<SurfaceErrors> start_measuring_surface(const std::vector<Triangle>& triangles,
-                                                   std::vector<GridPoint> places, const PositionGrid& grid,
-                                                   const CodedHistory& coded);
+std::future<SurfaceErrors> start_measuring_surface(const PlacedMesh& mesh, const CodedHistory& coded);
 
 }  // namespace fanstream

@@ -4,6 +4,10 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
+#ifdef __linux__
+#include <sched.h>
+#endif
+
 #include <ctime>
 #include <fstream>
 #include <thread>
@@ -47,5 +51,33 @@ std::uint64_t peak_memory_bytes() {
   const std::string kilobytes = value_of("/proc/self/status", "VmHWM:");
   return kilobytes.empty() ? 0 : 1024 * std::strtoull(kilobytes.c_str(), nullptr, 10);
 }
+
+#ifdef __linux__
+
+struct OnOneProcessor::Processors {
+  cpu_set_t set;
+};
+
+OnOneProcessor::OnOneProcessor() : before_(std::make_unique<Processors>()) {
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  const int here = sched_getcpu();
+  if (here >= 0) CPU_SET(static_cast<unsigned>(here), &one);
+  if (here < 0 || sched_getaffinity(0, sizeof before_->set, &before_->set) != 0 ||
+      sched_setaffinity(0, sizeof one, &one) != 0)
+    before_.reset();
+}
+
+OnOneProcessor::~OnOneProcessor() {
+  if (before_ != nullptr) sched_setaffinity(0, sizeof before_->set, &before_->set);
+}
+
+#else
+
+struct OnOneProcessor::Processors {};
+OnOneProcessor::OnOneProcessor() = default;
+OnOneProcessor::~OnOneProcessor() = default;
+
+#endif
 
 }  // namespace fanstream::bench

@@ -64,6 +64,11 @@ Section forced(const std::vector<ModelFigures>& models) {
           std::move(table)};
 }
 
+Cell on_one_core(const ModelFigures& m) {
+  if (m.one_processor_seconds == 0.0) return std::monostate{};
+  return m.build_mtriangles_one_s();
+}
+
 Section speed(const std::vector<ModelFigures>& models) {
   Table table({{"model", "", 0},
                {"decode_mtriangles_s", "decode Mtri/s", 2},
@@ -73,7 +78,7 @@ Section speed(const std::vector<ModelFigures>& models) {
                {"import_seconds", "import s", 3},
                {"build_seconds", "build s", 3},
                {"build_mtriangles_s", "build Mtri/s", 3},
-               {"build_mtriangles_cpu_s", "by CPU time", 3},
+               {"build_mtriangles_one_processor_s", "on one core", 3},
                {"peak_memory_mb", "peak MB", 0},
                {"issued_per_vertex_full", "issued/n, full", 3},
                {"issued_per_vertex", "worst level", 3},
@@ -81,16 +86,15 @@ Section speed(const std::vector<ModelFigures>& models) {
                {"issued_worst_triangles", "at triangles", 0}});
   for (const ModelFigures& m : models) {
     table.add_row({m.model, m.decode_mtriangles_s(), m.draco7.decode_mtriangles_s, m.draco10.decode_mtriangles_s,
-                   m.decode_ratio(), m.import_seconds, m.build_seconds, m.build_mtriangles_s(),
-                   m.build_mtriangles_cpu_s(), static_cast<double>(m.peak_memory_bytes) * 1e-6,
-                   m.issued_per_vertex_full, m.issued_per_vertex, whole(m.issued_worst_vertices),
-                   whole(m.issued_worst_triangles)});
+                   m.decode_ratio(), m.import_seconds, m.build_seconds, m.build_mtriangles_s(), on_one_core(m),
+                   static_cast<double>(m.peak_memory_bytes) * 1e-6, m.issued_per_vertex_full, m.issued_per_vertex,
+                   whole(m.issued_worst_vertices), whole(m.issued_worst_triangles)});
   }
   return {
       "speed",
-      "Speed, one thread: decode is from the asset's bytes to the full model's index buffer (median), build is "
-      "import, cleaning, building and serialising (once), peak is the whole process's; and issued vertices when drawn "
-      "as fans",
+      "Speed: decode is from the asset's bytes to the full model's index buffer (median, one thread), build is import, "
+      "cleaning, building and serialising (once, on all cores, and once on one), peak is the whole process's; and "
+      "issued vertices when drawn as fans",
       std::move(table)};
 }
 
@@ -195,8 +199,10 @@ Section limits_of(const std::vector<ModelFigures>& models) {
   limits.measured("  decode / Draco 10", "geometric mean",
                   geometric_mean(each(models, [](const auto& m) { return m.decode_ratio(); })));
   const ModelFigures& largest = greatest(models, [](const auto& m) { return m.build.triangles; });
-  limits.at_least("5 build Mtri/s", largest.model + " (largest)", largest.build_mtriangles_s(), 0.15);
-  limits.measured("  by CPU time", largest.model + " (largest)", largest.build_mtriangles_cpu_s());
+  const double one_core =
+      largest.one_processor_seconds > 0.0 ? largest.build_mtriangles_one_s() : largest.build_mtriangles_s();
+  limits.at_least("5 build Mtri/s, one core", largest.model + " (largest)", one_core, 0.15);
+  limits.measured("  build Mtri/s, all cores", largest.model + " (largest)", largest.build_mtriangles_s());
   limits.at_most("5 peak memory MB", largest.model + " (largest)",
                  static_cast<double>(largest.peak_memory_bytes) * 1e-6, 1000.0);
   const ModelFigures& issued = greatest(models, [](const auto& m) { return m.issued_per_vertex; });

@@ -7,9 +7,9 @@
 namespace fanstream::testing {
 namespace {
 
-SurfaceErrors measured(const MeasuredModel& model) {
+SurfaceErrors measured(const MeasuredModel& model, std::uint32_t faces_of_part) {
   const CodedHistory coded(model.history, model.codes, model.grid);
-  return measure_surface(model.mesh.triangles, model.codes, model.grid, coded);
+  return measure_surface(PlacedMesh(model.mesh.triangles, model.codes, model.grid, faces_of_part), coded);
 }
 
 MergeHistory simplified(const TriangleMesh& mesh, std::uint32_t base_vertices, const CostOptions& cost) {
@@ -96,10 +96,11 @@ class Refiner {
 
 }  // namespace
 
-MeasuredModel::MeasuredModel(const TriangleMesh& model, int bits, std::uint32_t base_vertices, const CostOptions& cost)
+MeasuredModel::MeasuredModel(const TriangleMesh& model, int bits, std::uint32_t base_vertices, const CostOptions& cost,
+                             std::uint32_t faces_of_part)
     : mesh(model), grid(PositionGrid::fit(model.positions, bits)), history(simplified(model, base_vertices, cost)) {
   for (const glm::dvec3& p : mesh.positions) codes.push_back(grid.encode(p));
-  errors = measured(*this);
+  errors = measured(*this, faces_of_part);
 }
 
 TriangleMesh MeasuredModel::full() const {

@@ -14,7 +14,8 @@ struct MeasuredModel {
   MergeHistory history;
   SurfaceErrors errors;
 
-  MeasuredModel(const TriangleMesh& model, int bits, std::uint32_t base_vertices, const CostOptions& cost = {});
+  MeasuredModel(const TriangleMesh& model, int bits, std::uint32_t base_vertices, const CostOptions& cost = {},
+                std::uint32_t faces_of_part = PlacedMesh::kFacesOfPart);
   TriangleMesh full() const;
 };
 

@@ -89,6 +89,17 @@ TEST(PositionGrid, FlatAndSinglePointModelsHaveAGrid) {
   EXPECT_EQ(point.decode(GridPoint(0)), glm::dvec3(5, 6, 7));
 }
 
+TEST(PositionGrid, CoordinatesAreThePlaceInSteps) {
+  const auto points = height_field();
+  const PositionGrid grid = PositionGrid::fit(points, 12);
+  ASSERT_TRUE(grid.is_listed(0));
+  for (const glm::dvec3& p : points) {
+    const GridPoint code = grid.encode(p);
+    const glm::dvec3 steps = (grid.decode(code) - grid.decode(GridPoint(0))) / grid.step();
+    for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(grid.coordinates(code)[axis], std::lround(steps[axis]));
+  }
+}
+
 TEST(PositionGrid, ContainsExactlyItsCodes) {
   const PositionGrid grid = PositionGrid::fit(height_field(), 12);
   EXPECT_TRUE(grid.contains({60, 50, 0}));

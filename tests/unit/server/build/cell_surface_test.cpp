@@ -63,7 +63,7 @@ struct Tree {
       surface.patches.push_back(patch);
       for (std::uint32_t m = 1 + random.below(3); m > 0; --m) surface.patch_of.push_back(p);
     }
-    CellSurface result(surface);
+    CellSurface result;
     for (std::uint32_t c = 0; c < cells.size(); ++c) {
       const bool any = !random.one_in(5);
       for (std::uint32_t layer = 0; layer < kLayers[cells[c].slab]; ++layer) {
@@ -75,7 +75,7 @@ struct Tree {
         result.end_layer(c);
       }
     }
-    result.finish(cells);
+    result.finish(surface, cells);
     return result;
   }
 };
@@ -130,11 +130,11 @@ TEST(CellSurface, ConesHoldThoseOfTheCellsPatchesAndOfAllBelow) {
 
 TEST(CellSurface, WithoutSplitsNothingIsOffAndItLooksAnywhere) {
   Tree tree;
-  CellSurface surface(tree.surface);
+  CellSurface surface;
   for (std::uint32_t c = 0; c < tree.cells.size(); ++c) {
     for (std::uint32_t layer = 0; layer < Tree::kLayers[tree.cells[c].slab]; ++layer) surface.end_layer(c);
   }
-  surface.finish(tree.cells);
+  surface.finish(tree.surface, tree.cells);
   for (std::uint32_t c = 0; c < tree.cells.size(); ++c) {
     EXPECT_EQ(surface.error(c, 0), 0.0F);
     EXPECT_EQ(surface.cone(c), CodedCone{});

@@ -22,7 +22,8 @@ struct Ordered {
   MergeHistory before;
   MergeHistory after;
 
-  Ordered(const TriangleMesh& model, const LevelOptions& options, const CostOptions& cost = {})
+  Ordered(const TriangleMesh& model, const LevelOptions& options, const CostOptions& cost = {},
+          std::uint32_t faces_of_part = PlacedMesh::kFacesOfPart)
       : mesh(model), grid(PositionGrid::fit(model.positions, 12)) {
     for (const glm::dvec3& p : mesh.positions) codes.push_back(grid.encode(p));
     SimplifyOptions simplify_options;
@@ -31,7 +32,7 @@ struct Ordered {
     simplify_options.edges_per_vertex = 2.5;
     before = simplify(mesh, simplify_options);
     const CodedHistory coded(before, codes, grid);
-    after = level_by_error(mesh.triangles, codes, grid, coded, options);
+    after = level_by_error(PlacedMesh(mesh.triangles, codes, grid, faces_of_part), coded, options);
   }
 };
 
@@ -64,6 +65,19 @@ TEST(ErrorLevels, TheSameMergesGoInGenerationsWhosePatchesShareNoFace) {
   }
 }
 
+TEST(ErrorLevels, AModelInPartsGetsTheSameGenerations) {
+  for (const auto& [name, mesh] : testing::model_shapes()) {
+    SCOPED_TRACE(name);
+    const Ordered whole(mesh, {0.7, 1.4});
+    const Ordered in_parts(mesh, {0.7, 1.4}, {}, 100);
+    EXPECT_EQ(in_parts.after.generation_begin, whole.after.generation_begin);
+    for (std::size_t m = 0; m < whole.after.merges.size(); ++m) {
+      ASSERT_EQ(in_parts.after.merges[m].root, whole.after.merges[m].root);
+      ASSERT_EQ(in_parts.after.merges[m].removed, whole.after.merges[m].removed);
+    }
+  }
+}
+
 TEST(ErrorLevels, FreePlacesStayWithTheirMerges) {
   CostOptions cost;
   cost.placement = Placement::optimal;
@@ -82,7 +96,8 @@ TEST(ErrorLevels, FreePlacesStayWithTheirMerges) {
 // Splits that a uniform mesh needs until no patch that is merged is further off.
 std::size_t splits_to(const Ordered& ordered, const MergeHistory& history, double error) {
   const CodedHistory coded(history, ordered.codes, ordered.grid);
-  const SurfaceErrors errors = measure_surface(ordered.mesh.triangles, ordered.codes, ordered.grid, coded);
+  const PlacedMesh placed(ordered.mesh.triangles, ordered.codes, ordered.grid);
+  const SurfaceErrors errors = measure_surface(placed, coded);
   std::uint32_t g = 0;
   const auto good = [&] {
     for (std::uint32_t m = history.generation_begin[g]; m < history.generation_begin[g + 1]; ++m) {

@@ -127,8 +127,9 @@ TEST(Simplifier, LimitedDistancesMakeTheLargestErrorSmaller) {
     const auto largest = [&](double growth) {
       const MergeHistory history = simplify(mesh, down_to(2400, growth));
       const CodedHistory coded(history, places, grid);
+      const PlacedMesh placed(mesh.triangles, places, grid);
       float error = 0.0F;
-      for (const PatchSurface& patch : measure_surface(mesh.triangles, places, grid, coded).patches) {
+      for (const PatchSurface& patch : measure_surface(placed, coded).patches) {
         error = std::max(error, patch.error);
       }
       return static_cast<double>(error);
