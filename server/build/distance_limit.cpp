@@ -5,27 +5,17 @@
 namespace fanstream {
 
 DistanceLimit::DistanceLimit(const TriangleMesh& mesh, double growth)
-    : growth_(static_cast<float>(growth)), around_(mesh.positions.size()) {
+    : growth_(static_cast<float>(growth)), around_(mesh.positions.size(), mesh.triangles) {
   const Bounds box = bounds_of(mesh.positions);
   middle_ = 0.5 * (box.low + box.high);
   scale_ = box.diagonal() > 0.0 ? 4096.0 / box.diagonal() : 1.0;
   places_.reserve(mesh.positions.size());
   for (const glm::dvec3& p : mesh.positions) places_.push_back(scaled(p));
-  for (const Triangle& t : mesh.triangles) {
+  for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+    const Triangle& t = mesh.triangles[f];
     faces_.push_back({{t[0], t[1], t[2]}});
-    for (const VertexId v : t) ++around_[v].size;
-  }
-  std::uint32_t begin = 0;
-  for (Range& range : around_) {
-    range.begin = begin;
-    begin += range.size;
-    range.size = 0;
-  }
-  pool_.resize(begin);
-  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
-    for (const VertexId v : faces_[f].corners) {
-      if (around_[v].size == 0) add_point(mesh.positions[v], f);
-      pool_[around_[v].begin + around_[v].size++] = f;
+    for (const VertexId v : t) {
+      if (around_.of(v).front() == f) add_point(mesh.positions[v], f);
     }
   }
   for (std::uint32_t f = 0; f < faces_.size(); ++f) {
@@ -38,8 +28,8 @@ DistanceLimit::DistanceLimit(const TriangleMesh& mesh, double growth)
 }
 
 // Whether a face goes from the one to the other.
-bool DistanceLimit::has_edge(VertexId from, VertexId to) {
-  for (const std::uint32_t f : around(from)) {
+bool DistanceLimit::has_edge(VertexId from, VertexId to) const {
+  for (const std::uint32_t f : around_.of(from)) {
     const auto& c = faces_[f].corners;
     if ((c[0] == from && c[1] == to) || (c[1] == from && c[2] == to) || (c[2] == from && c[0] == to)) return true;
   }
@@ -74,8 +64,8 @@ void DistanceLimit::gather_one(std::uint32_t face, VertexId centre, VertexId oth
 void DistanceLimit::gather(VertexId root, VertexId removed) {
   rest_.clear();
   vanishing_.clear();
-  for (const std::uint32_t f : around(root)) gather_one(f, root, removed, false);
-  for (const std::uint32_t f : around(removed)) gather_one(f, removed, root, true);
+  for (const std::uint32_t f : around_.of(root)) gather_one(f, root, removed, false);
+  for (const std::uint32_t f : around_.of(removed)) gather_one(f, removed, root, true);
   star_.clear();
   for (const Rest& rest : rest_) star_.add(places_[rest.from] - target_, places_[rest.to] - target_);
   distances_.resize(std::max<std::size_t>(distances_.size(), star_.stored()));
@@ -114,14 +104,6 @@ bool DistanceLimit::allows(VertexId root, VertexId removed, const glm::dvec3& ta
   return true;
 }
 
-void DistanceLimit::forget(std::uint32_t face, VertexId corner) {
-  const std::span<std::uint32_t> faces = around(corner);
-  const auto found = std::find(faces.begin(), faces.end(), face);
-  if (found == faces.end()) return;
-  std::copy(found + 1, faces.end(), found);
-  --around_[corner].size;
-}
-
 void DistanceLimit::merge(VertexId root, VertexId removed) {
   moving_.clear();
   const auto take_points = [&](Face& face) {
@@ -130,20 +112,16 @@ void DistanceLimit::merge(VertexId root, VertexId removed) {
   };
   for (const std::uint32_t f : vanishing_) {
     take_points(faces_[f]);
-    for (const VertexId v : faces_[f].corners) forget(f, v);
+    for (const VertexId v : faces_[f].corners) around_.remove(v, f);
   }
-  if (rest_.size() > around_[root].size) {
-    around_[root].begin = static_cast<std::uint32_t>(pool_.size());
-    pool_.resize(pool_.size() + rest_.size());
-  }
-  around_[root].size = static_cast<std::uint32_t>(rest_.size());
-  around_[removed].size = 0;
+  const std::span<std::uint32_t> around = around_.replace(root, rest_.size());
+  around_.replace(removed, 0);
   places_[root] = target_;
   for (std::size_t i = 0; i < rest_.size(); ++i) {
     Face& face = faces_[rest_[i].face];
     take_points(face);
     face = {{root, rest_[i].from, rest_[i].to}};
-    around(root)[i] = rest_[i].face;
+    around[i] = rest_[i].face;
   }
   float most = 0.0F;
   for (const std::uint32_t p : moving_) {

@@ -16,10 +16,10 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
-#include <span>
 #include <vector>
 
 #include "common/mesh/triangle_mesh.h"
+#include "server/build/faces_around.h"
 #include "server/build/star_distance.h"
 
 namespace fanstream {
@@ -50,23 +50,17 @@ class DistanceLimit {
     VertexId corners[3];
     std::uint32_t first_point = kNone;
   };
-  struct Range {
-    std::uint32_t begin = 0;
-    std::uint32_t size = 0;
-  };
   struct Rest {  // a face that the merge leaves: its corners beside the parent
     std::uint32_t face;
     VertexId from, to;
   };
 
   glm::vec3 scaled(const glm::dvec3& p) const { return glm::vec3((p - middle_) * scale_); }
-  std::span<std::uint32_t> around(VertexId v) { return {pool_.data() + around_[v].begin, around_[v].size}; }
-  bool has_edge(VertexId from, VertexId to);
+  bool has_edge(VertexId from, VertexId to) const;
   void add_point(const glm::dvec3& place, std::uint32_t face);
   void gather(VertexId root, VertexId removed);
   void gather_one(std::uint32_t face, VertexId centre, VertexId other, bool again);
   bool is_within(std::uint32_t face, std::uint32_t rest);
-  void forget(std::uint32_t face, VertexId corner);
 
   float growth_;
   glm::dvec3 middle_{0.0};
@@ -74,8 +68,7 @@ class DistanceLimit {
   std::vector<glm::vec3> places_;  // by vertex
   std::vector<Point> points_;
   std::vector<Face> faces_;
-  std::vector<Range> around_;  // by vertex: its faces in pool_
-  std::vector<std::uint32_t> pool_;
+  FacesAround around_;
   float limit_ = std::numeric_limits<float>::infinity();  // squared
   std::vector<float> reached_;                            // by merge of this generation, squared
 

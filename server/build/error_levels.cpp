@@ -18,9 +18,9 @@ class ReachPart {
  public:
   ReachPart(const PlacedMesh& mesh, std::uint32_t part) : part_(part), first_point_(mesh.faces.size(), kNone) {
     for (VertexId v = 0; v < mesh.places.size(); ++v) {
-      const PlacedMesh::Range around = mesh.around[v];
-      if (around.size == 0) continue;
-      const std::uint32_t face = mesh.around_pool[around.begin];
+      const std::span<const std::uint32_t> around = mesh.around.of(v);
+      if (around.empty()) continue;
+      const std::uint32_t face = around.front();
       if (face < mesh.part_begin(part) || face >= mesh.part_begin(part + 1)) continue;
       points_.push_back({mesh.places[v], kNone});
       put(static_cast<std::uint32_t>(points_.size() - 1), face);

@@ -14,7 +14,6 @@ PatchReplay::PatchReplay(const PlacedMesh& mesh, const CodedHistory& coded)
       places_(mesh.places),
       faces_(mesh.faces.size()),
       around_(mesh.around),
-      around_pool_(mesh.around_pool),
       member_(mesh.places.size(), kNone),
       patch_of_root_(mesh.places.size(), kNone),
       patch_of_(coded.history.merges.size()) {
@@ -113,12 +112,11 @@ void PatchReplay::cover(std::uint32_t p, GenerationStars& stars) {
 }
 
 void PatchReplay::cover_around(VertexId v, GenerationStars& stars) {
-  const PlacedMesh::Range range = around_[v];
-  for (std::uint32_t i = range.begin; i < range.begin + range.size; ++i) {
-    Face& face = faces_[around_pool_[i]];
+  for (const std::uint32_t f : around_.of(v)) {
+    Face& face = faces_[f];
     if (face.is_gone() || face.covered_by == patch_) continue;
     face.covered_by = patch_;
-    stars.covered.push_back(around_pool_[i]);
+    stars.covered.push_back(f);
   }
 }
 
@@ -144,17 +142,17 @@ void PatchReplay::leave_star(std::span<const std::uint32_t> covered, GenerationS
   }
   order_rest();
   const glm::vec3& centre = places_[root_];
-  const auto around_begin = static_cast<std::uint32_t>(around_pool_.size());
-  for (const StarFace& f : rest_) {
+  const std::span<std::uint32_t> around = around_.replace(root_, rest_.size());
+  for (std::size_t i = 0; i < rest_.size(); ++i) {
+    const StarFace& f = rest_[i];
     Face& face = faces_[f.face];
     face.corners[0] = root_;
     face.corners[1] = f.from;
     face.corners[2] = f.to;
     face.parts = parts;
-    around_pool_.push_back(f.face);
+    around[i] = f.face;
     stars.star.push_back({f.face, places_[f.from] - centre, places_[f.to] - centre});
   }
-  around_[root_] = {around_begin, static_cast<std::uint32_t>(rest_.size())};
   const bool closed = rest_.size() > 2 && rest_.back().to == rest_.front().from;
   stars.patches.push_back({patch_, centre, static_cast<std::uint32_t>(stars.covered.size()),
                            static_cast<std::uint32_t>(stars.star.size()), closed, parts});
@@ -164,10 +162,9 @@ void PatchReplay::leave_star(std::span<const std::uint32_t> covered, GenerationS
 void PatchReplay::fetch(std::size_t at) const {
   constexpr std::size_t kRanges = 12;
   constexpr std::size_t kFaces = 6;
-  if (at + kRanges < order_.size()) prefetch(&around_pool_[around_[roots_[order_[at + kRanges]]].begin]);
+  if (at + kRanges < order_.size()) prefetch(around_.of(roots_[order_[at + kRanges]]).data());
   if (at + kFaces < order_.size()) {
-    const PlacedMesh::Range range = around_[roots_[order_[at + kFaces]]];
-    for (std::uint32_t i = range.begin; i < range.begin + range.size; ++i) prefetch(&faces_[around_pool_[i]]);
+    for (const std::uint32_t f : around_.of(roots_[order_[at + kFaces]])) prefetch(&faces_[f]);
   }
 }
 

@@ -55,8 +55,7 @@ class PatchReplay {
   std::vector<GridPoint> codes_;  // by vertex of the history, as merges leave them
   std::vector<glm::vec3> places_;
   std::vector<Face> faces_;
-  std::vector<PlacedMesh::Range> around_;  // by vertex: its faces in around_pool_, gone ones among them
-  std::vector<std::uint32_t> around_pool_;
+  FacesAround around_;                        // gone ones among them
   std::vector<std::uint32_t> member_;         // by vertex: the patch whose root it is or by which it is absorbed
   std::vector<std::uint32_t> patch_of_root_;  // by vertex: its last patch
   std::vector<std::uint32_t> patch_of_;       // by merge

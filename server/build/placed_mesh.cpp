@@ -22,9 +22,13 @@ std::uint64_t place_on_curve(const glm::vec3& place) {
 
 PlacedMesh::PlacedMesh(const std::vector<Triangle>& triangles, std::vector<GridPoint> vertex_codes,
                        const PositionGrid& position_grid, std::uint32_t faces_of_part)
-    : grid(position_grid), codes(std::move(vertex_codes)) {
-  place_vertices();
-  place_faces(triangles);
+    : grid(position_grid),
+      codes(std::move(vertex_codes)),
+      number(numbers_by_place()),
+      places(codes.size()),
+      faces(placed(triangles)),
+      around(codes.size(), faces) {
+  for (VertexId v = 0; v < codes.size(); ++v) places[number[v]] = place_of(codes[v]);
   constexpr std::size_t kMostParts = 4;
   part_count_ = static_cast<std::uint32_t>(std::clamp<std::size_t>(faces.size() / faces_of_part, 1, kMostParts));
 }
@@ -33,7 +37,7 @@ std::uint32_t PlacedMesh::part_begin(std::uint32_t part) const {
   return static_cast<std::uint32_t>(std::uint64_t{faces.size()} * part / part_count());
 }
 
-void PlacedMesh::place_vertices() {
+std::vector<VertexId> PlacedMesh::numbers_by_place() const {
   struct Entry {
     std::uint64_t at;
     VertexId v;
@@ -42,36 +46,20 @@ void PlacedMesh::place_vertices() {
   for (VertexId v = 0; v < entries.size(); ++v) entries[v] = {place_on_curve(place_of(codes[v])), v};
   std::sort(entries.begin(), entries.end(),
             [](const Entry& a, const Entry& b) { return a.at != b.at ? a.at < b.at : a.v < b.v; });
-  number.resize(codes.size());
-  places.resize(codes.size());
-  for (std::uint32_t i = 0; i < entries.size(); ++i) {
-    number[entries[i].v] = i;
-    places[i] = place_of(codes[entries[i].v]);
-  }
+  std::vector<VertexId> numbers(codes.size());
+  for (std::uint32_t i = 0; i < entries.size(); ++i) numbers[entries[i].v] = i;
+  return numbers;
 }
 
 // By their smallest vertices.
-void PlacedMesh::place_faces(const std::vector<Triangle>& triangles) {
+std::vector<Triangle> PlacedMesh::placed(const std::vector<Triangle>& triangles) const {
   std::vector<std::uint32_t> first(codes.size() + 1, 0);
   const auto smallest = [&](const Triangle& t) { return std::min({number[t[0]], number[t[1]], number[t[2]]}); };
   for (const Triangle& t : triangles) ++first[smallest(t) + 1];
   for (std::size_t v = 0; v < codes.size(); ++v) first[v + 1] += first[v];
-  faces.resize(triangles.size());
-  for (const Triangle& t : triangles) faces[first[smallest(t)]++] = {number[t[0]], number[t[1]], number[t[2]]};
-  around.resize(codes.size());
-  for (const Triangle& face : faces) {
-    for (const VertexId v : face) ++around[v].size;
-  }
-  std::uint32_t begin = 0;
-  for (Range& range : around) {
-    range.begin = begin;
-    begin += range.size;
-    range.size = 0;
-  }
-  around_pool.resize(begin);
-  for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    for (const VertexId v : faces[f]) around_pool[around[v].begin + around[v].size++] = f;
-  }
+  std::vector<Triangle> placed(triangles.size());
+  for (const Triangle& t : triangles) placed[first[smallest(t)]++] = {number[t[0]], number[t[1]], number[t[2]]};
+  return placed;
 }
 
 }  // namespace fanstream

@@ -5,6 +5,7 @@
 
 #include "common/grid/position_grid.h"
 #include "common/mesh/triangle_mesh.h"
+#include "server/build/faces_around.h"
 
 namespace fanstream {
 
@@ -12,11 +13,6 @@ namespace fanstream {
 // through again and again, so what lies together is stored together. Keeps a reference to the grid. Threads may share
 // one that does not change.
 struct PlacedMesh {
-  struct Range {
-    std::uint32_t begin = 0;
-    std::uint32_t size = 0;
-  };
-
   static constexpr std::uint32_t kFacesOfPart = 50'000;
 
   // `codes` are the places of the model's vertices, `triangles` its faces.
@@ -36,13 +32,12 @@ struct PlacedMesh {
   std::vector<VertexId> number;   // by vertex of the model: its number here
   std::vector<glm::vec3> places;  // by number
   std::vector<Triangle> faces;    // of numbers
-  std::vector<Range> around;      // by number: its faces in around_pool
-  std::vector<std::uint32_t> around_pool;
+  FacesAround around;             // by number
 
  private:
   std::uint32_t part_count_ = 1;
-  void place_vertices();
-  void place_faces(const std::vector<Triangle>& triangles);
+  std::vector<VertexId> numbers_by_place() const;
+  std::vector<Triangle> placed(const std::vector<Triangle>& triangles) const;
 };
 
 }  // namespace fanstream
