@@ -60,6 +60,13 @@ struct FanWalk {
   }
 };
 
+// What rings are measured in: the mesh's vertices by number, and the size of one code step of each axis, 0 in the
+// fourth lane.
+struct RingPlaces {
+  const FanVertex* vertices = nullptr;
+  Float4 unit{};
+};
+
 // All lengths are in grid steps, in single precision with plain IEEE operations only, so that every machine computes
 // the same bits. The numbers are kept component by component, in blocks of eight that ring_kernels.h works on. Reused
 // from split to split to avoid allocation; not thread safe.
@@ -95,10 +102,11 @@ class RingGeometry {
   bool is_open() const { return gap_ < size_; }
   std::uint32_t gap() const { return gap_; }  // position of kOutside, or size()
   VertexId id(std::uint32_t i) const { return ids()[i]; }
-  // The fan's corner that spells a position, and that before it.
+  // The fan's corner that spells a position.
   LinkedFans::CornerId corner(std::uint32_t i) const { return corners()[i]; }
-  LinkedFans::CornerId corner_before(std::uint32_t i) const {
-    return corners()[i + (size_ & (0U - static_cast<std::uint32_t>(i == 0))) - 1];
+  // For LinkedFans::split, as long as the ring is as it was loaded.
+  LinkedFans::Arc arc(std::uint32_t first, std::uint32_t last) const {
+    return {corners(), size_, first, steps(first, last)};
   }
   // From the root; zero at the gap.
   Float4 spoke(std::uint32_t i) const { return Float4{xs()[i], ys()[i], zs()[i], 0.0F}; }

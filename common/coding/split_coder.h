@@ -59,24 +59,20 @@ template <class Coder>
   }
 }
 
-// When both vertices are split next, and where the parents lay. One kind of symbol after the other: none then waits for
-// what only follows from the one before it.
+// When the root is split next.
 template <class Bits, class Coder>
-[[gnu::always_inline]] inline void code_next_and_parents(Coder& coder, const PhaseModel& model,
-                                                         std::span<SplitInProgress> splits, const CodingTime& time) {
-  for (SplitInProgress& s : splits) {
-    const std::uint32_t valence = s.ring.size() - s.length + 2;
-    s.root_next = code_next_split<Bits>(coder, model, NextSplitOf::root, valence, s.root_free, s.root_next);
-    s.added_free.exclude(s.root_next);
-  }
-  for (SplitInProgress& s : splits) {
-    s.added_next = code_next_split<Bits>(coder, model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
-  }
-  for (SplitInProgress& s : splits) {
-    const int table = SymbolContexts::parent(s.root_next != time.generation, s.ring.is_open());
-    s.split.parent =
-        static_cast<ParentPosition>(coder.symbol(table_at(model, table), static_cast<int>(s.split.parent)));
-  }
+[[gnu::always_inline]] inline void code_root_next(Coder& coder, const PhaseModel& model, SplitInProgress& s) {
+  const std::uint32_t valence = s.ring.size() - s.length + 2;
+  s.root_next = code_next_split<Bits>(coder, model, NextSplitOf::root, valence, s.root_free, s.root_next);
+  s.added_free.exclude(s.root_next);
+}
+
+// And where the parent lay.
+template <class Coder>
+[[gnu::always_inline]] inline void code_parent(Coder& coder, const PhaseModel& model, const CodingTime& time,
+                                               SplitInProgress& s) {
+  const int table = SymbolContexts::parent(s.root_next != time.generation, s.ring.is_open());
+  s.split.parent = static_cast<ParentPosition>(coder.symbol(table_at(model, table), static_cast<int>(s.split.parent)));
 }
 
 // Vectors given by an encoder, found by a decoder: axis by axis of all of them, in the order of their chains.
@@ -85,14 +81,20 @@ template <class Coder, class Stages>
                                                 AxisChains& chains, std::span<GridPoint> vectors) {
   const std::size_t count = vectors.size();
   ResidualChoices choices;
-  alignas(32) std::array<std::int32_t, AxisChains::kMost> values;
+  alignas(32) std::array<std::array<std::int32_t, AxisChains::kMost>, 3> values;
   for (std::size_t place = 0; place < 3; ++place) {
     stages.choose(chains, place, count, choices);
+    const std::span<std::int32_t> at_place = std::span(values[place]).first(count);
     for (std::size_t i = 0; i < count; ++i) {
-      std::int32_t& coordinate = (&vectors[i].x)[chains.order(i)[place]];
-      coordinate = values[i] = tables.code(coder, choices[i], coordinate);
+      std::int32_t distance = 0;
+      if constexpr (!Coder::kDecodes) distance = choices[i].distance_of((&vectors[i].x)[chains.order(i)[place]]);
+      at_place[i] = tables.code_distance(coder, choices[i], distance);
     }
-    if (place < 2) stages.learn(chains, place, std::span(values).first(count));
+    stages.to_values(choices, at_place);
+    if (place < 2) stages.learn(chains, place, at_place);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t place = 0; place < 3; ++place) (&vectors[i].x)[chains.order(i)[place]] = values[place][i];
   }
 }
 
@@ -121,24 +123,40 @@ template <class Coder, class Stages>
   code_vectors(coder, model.residuals, stages, chains, std::span(&s.split.shift, 1));
 }
 
-// All of it. Stages are RingKernels, or what they are made of.
+// All of it. Stages are RingKernels, or what they are made of. In every loop each symbol only waits for the one before
+// it: what is computed of one split runs while the next one's symbol is looked up.
 template <class Coder, class Stages>
 [[gnu::always_inline]] inline void code_by_stages(Coder& coder, const PhaseModel& model, const AxisUnits& units,
                                                   const CodingTime& time, std::span<SplitInProgress> splits,
-                                                  const Stages& stages) {
+                                                  const RingPlaces& places, const Stages& stages) {
+  using Bits = typename Stages::Bits;
   for (SplitInProgress& s : splits) {
     if constexpr (Coder::kDecodes) {
+      if (places.vertices != nullptr) stages.measure(s.ring, places);
       s.opening = Opening::closed;
     } else {
       describe_arc(s);
     }
     code_length(coder, model, s);
   }
-  for (SplitInProgress& s : splits) code_rank(coder, model, s);
-  stages.cut(splits, time);
-  code_next_and_parents<typename Stages::Bits>(coder, model, splits, time);
+  for (SplitInProgress& s : splits) {
+    code_rank(coder, model, s);
+    stages.find_wings(s);
+  }
+  for (SplitInProgress& s : splits) {
+    stages.find_free(s, time);
+    code_root_next<Bits>(coder, model, s);
+  }
+  for (SplitInProgress& s : splits) {
+    s.added_next = code_next_split<Bits>(coder, model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
+  }
+  std::array<Prediction, AxisChains::kMost> predictions;
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    code_parent(coder, model, time, splits[i]);
+    predictions[i] = stages.predict(model, splits[i]);
+  }
   AxisChains chains;
-  stages.predict(splits, model, units, chains);
+  stages.chain(std::span(predictions).first(splits.size()), units, chains);
   code_displacements(coder, model, stages, chains, splits);
   if (!model.has_free_parents) [[likely]]
     return;
@@ -154,16 +172,18 @@ template <class Coder, class Stages>
 }  // namespace detail
 
 // Codes everything of up to AxisChains::kMost splits but their roots and low bits. Displacements and shifts are in
-// points of the generation's lattice, whose spacing is `units`. The rings have been measured in the mesh as it is
-// before all of the splits.
+// points of the generation's lattice, whose spacing is `units`. The rings have been loaded in the mesh as it is before
+// all of the splits; an encoder's have been measured, too, and so have a
+// decoder's without `places`; else it does that itself.
 template <class Coder>
 void code_splits(Coder& coder, const SplitModel& model, const AxisUnits& units, const CodingTime& time,
-                 std::span<SplitInProgress> splits, const RingKernels& kernels = RingKernels::best()) {
+                 std::span<SplitInProgress> splits, const RingPlaces& places = {},
+                 const RingKernels& kernels = RingKernels::best()) {
   const PhaseModel& phase = model.at(time.generation, time.last);
   if constexpr (std::is_same_v<Coder, RansDecoder>) {
-    kernels.decode(coder, phase, units, time, splits);
+    kernels.decode(coder, phase, units, time, splits, places);
   } else {
-    detail::code_by_stages(coder, phase, units, time, splits, kernels);
+    detail::code_by_stages(coder, phase, units, time, splits, places, kernels);
   }
 }
 

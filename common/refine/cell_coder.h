@@ -209,9 +209,15 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
     coarsen_roots(state, batch);
     return off_the_grid(vertices.cell, batch.front().split.root);
   }
-  coding.kernels.measure(batch, state.vertices.data(), coding.units.size);
-  for (SplitInProgress& s : batch) source.describe(s);
-  code_splits(coder, coding.model, coding.lattice_units, {generation, coding.last_generation}, batch, coding.kernels);
+  const RingPlaces places_now{state.vertices.data(), coding.units.size};
+  if constexpr (!Coder::kDecodes) {
+    for (SplitInProgress& s : batch) {
+      coding.kernels.measure(s.ring, places_now);
+      source.describe(s);
+    }
+  }
+  code_splits(coder, coding.model, coding.lattice_units, {generation, coding.last_generation}, batch, places_now,
+              coding.kernels);
   if (!lattice.is_exact()) code_last_low_bits(coder, lattice, batch);
   for (std::size_t i = 0; i < batch.size(); ++i) {
     const SplitInProgress& s = batch[i];
@@ -223,8 +229,7 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
     }
     const VertexId added = vertices.add(state);
     const SplitUndo undo{v, state.fans.corner(v), state.vertices[v].context, s.split.parent, s.split.shift};
-    const LinkedFans::Arc arc{s.ring.corner_before(s.split.first), s.ring.corner(s.split.first),
-                              s.ring.corner_before(s.split.last), s.ring.corner(s.split.last)};
+    const LinkedFans::Arc arc = s.ring.arc(s.split.first, s.split.last);
     apply_split(state, vertices.cell, generation, s.split, arc, places, {s.root_next, s.added_next}, added);
     source.made(undo, added);
   }
