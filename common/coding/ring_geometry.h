@@ -130,7 +130,7 @@ class RingGeometry {
   static constexpr std::uint32_t kShort = FanWalk::kEntries;  // of longer rings the numbers are kept elsewhere
   std::uint32_t block_count() const { return (size_ + 7) / 8; }
   // By position. Of what lies beyond the ring's end, up to that of a block, spokes are zero and nobody is split; ids
-  // are of any vertex, or kOutside.
+  // are of any vertex, or kOutside. A short ring's spokes are zero up to kShort.
   const VertexId* ids() const { return is_short() ? walk_->ids.data() : long_ids_.data(); }
   const LinkedFans::CornerId* corners() const { return is_short() ? walk_->corners.data() : ids() + stride(); }
   const float* xs() const { return is_short() ? short_.x.data() : long_numbers_.data(); }
@@ -149,6 +149,9 @@ class RingGeometry {
             const_cast<float*>(square_sums()), const_cast<std::uint32_t*>(nexts())};
   }
   void set_gap(std::uint32_t gap) { gap_ = gap; }
+  // Of cross products and, in the fourth lane, of squared lengths; kept in the normal's place until that is known.
+  void set_sums(Float4 sums) { normal_ = sums; }
+  Float4 sums() const { return normal_; }
   void set_measures(Float4 normal, float mean_square, float bend_square) {
     normal_ = normal;
     mean_square_ = mean_square;

@@ -132,7 +132,7 @@ template <class Coder, class Stages>
   using Bits = typename Stages::Bits;
   for (SplitInProgress& s : splits) {
     if constexpr (Coder::kDecodes) {
-      if (places.vertices != nullptr) stages.measure(s.ring, places);
+      if (places.vertices != nullptr) stages.measure_spokes(s.ring, places);
       s.opening = Opening::closed;
     } else {
       describe_arc(s);
@@ -148,6 +148,9 @@ template <class Coder, class Stages>
     code_root_next<Bits>(coder, model, s);
   }
   for (SplitInProgress& s : splits) {
+    if constexpr (Coder::kDecodes) {
+      if (places.vertices != nullptr) stages.measure_bend(s.ring);
+    }
     s.added_next = code_next_split<Bits>(coder, model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
   }
   std::array<Prediction, AxisChains::kMost> predictions;
