@@ -12,6 +12,12 @@
 
 namespace fanstream {
 
+// Splits that stand one after another and are of one stream.
+struct DecoderRun {
+  RansDecoder* decoder = nullptr;  // another than those of other runs
+  std::size_t splits = 0;
+};
+
 // Thread safe. Rings are loaded before (RingGeometry::load), and measured before anything else is asked.
 struct RingKernels {
   using Bits = PlainBits;
@@ -38,6 +44,9 @@ struct RingKernels {
   // All of code_splits, for a decoder.
   void (*decode)(RansDecoder& decoder, const PhaseModel& model, const AxisUnits& units, const CodingTime& time,
                  std::span<SplitInProgress> splits);
+  // And of splits from several streams, each of them a run's.
+  void (*decode_runs)(std::span<const DecoderRun> runs, const PhaseModel& model, const AxisUnits& units,
+                      const CodingTime& time, std::span<SplitInProgress> splits);
 
   // Of one ring.
   void (*measure_ring)(RingGeometry& ring, const FanVertex* vertices, Float4 unit);

@@ -36,6 +36,19 @@ inline const FrequencyTable& table_at(const PhaseModel& model, int index) {
   return model.table(static_cast<std::size_t>(index));
 }
 
+// The coder of each split, by number: the same for all, or that of the stream that it belongs to.
+template <class Coder>
+struct OneCoder {
+  static constexpr bool kDecodes = Coder::kDecodes;
+  Coder& coder;
+  [[gnu::always_inline]] Coder& operator[](std::size_t /*split*/) const { return coder; }
+};
+struct SeveralDecoders {
+  static constexpr bool kDecodes = true;
+  FastRansDecoder* const* of;
+  [[gnu::always_inline]] FastRansDecoder& operator[](std::size_t split) const { return *of[split]; }
+};
+
 // How long the arc is.
 template <class Coder>
 [[gnu::always_inline]] inline void code_length(Coder& coder, const PhaseModel& model, SplitInProgress& s) {
@@ -61,27 +74,30 @@ template <class Coder>
 
 // When both vertices are split next, and where the parents lay. One kind of symbol after the other: none then waits for
 // what only follows from the one before it.
-template <class Bits, class Coder>
-[[gnu::always_inline]] inline void code_next_and_parents(Coder& coder, const PhaseModel& model,
+template <class Bits, class Coders>
+[[gnu::always_inline]] inline void code_next_and_parents(const Coders& coders, const PhaseModel& model,
                                                          std::span<SplitInProgress> splits, const CodingTime& time) {
-  for (SplitInProgress& s : splits) {
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    SplitInProgress& s = splits[i];
     const std::uint32_t valence = s.ring.size() - s.length + 2;
-    s.root_next = code_next_split<Bits>(coder, model, NextSplitOf::root, valence, s.root_free, s.root_next);
+    s.root_next = code_next_split<Bits>(coders[i], model, NextSplitOf::root, valence, s.root_free, s.root_next);
     s.added_free.exclude(s.root_next);
   }
-  for (SplitInProgress& s : splits) {
-    s.added_next = code_next_split<Bits>(coder, model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    SplitInProgress& s = splits[i];
+    s.added_next = code_next_split<Bits>(coders[i], model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
   }
-  for (SplitInProgress& s : splits) {
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    SplitInProgress& s = splits[i];
     const int table = SymbolContexts::parent(s.root_next != time.generation, s.ring.is_open());
     s.split.parent =
-        static_cast<ParentPosition>(coder.symbol(table_at(model, table), static_cast<int>(s.split.parent)));
+        static_cast<ParentPosition>(coders[i].symbol(table_at(model, table), static_cast<int>(s.split.parent)));
   }
 }
 
 // Vectors given by an encoder, found by a decoder: axis by axis of all of them, in the order of their chains.
-template <class Coder, class Stages>
-[[gnu::always_inline]] inline void code_vectors(Coder& coder, const ResidualTables& tables, const Stages& stages,
+template <class Coders, class Stages>
+[[gnu::always_inline]] inline void code_vectors(const Coders& coders, const ResidualTables& tables, const Stages& stages,
                                                 AxisChains& chains, std::span<GridPoint> vectors) {
   const std::size_t count = vectors.size();
   ResidualChoices choices;
@@ -90,22 +106,22 @@ template <class Coder, class Stages>
     stages.choose(chains, place, count, choices);
     for (std::size_t i = 0; i < count; ++i) {
       std::int32_t& coordinate = (&vectors[i].x)[chains.order(i)[place]];
-      coordinate = values[i] = tables.code(coder, choices[i], coordinate);
+      coordinate = values[i] = tables.code(coders[i], choices[i], coordinate);
     }
     if (place < 2) stages.learn(chains, place, std::span(values).first(count));
   }
 }
 
 // The displacements; where the kept centre is hidden, the vector to it is coded.
-template <class Coder, class Stages>
-[[gnu::always_inline]] inline void code_displacements(Coder& coder, const PhaseModel& model, const Stages& stages,
+template <class Coders, class Stages>
+[[gnu::always_inline]] inline void code_displacements(const Coders& coders, const PhaseModel& model, const Stages& stages,
                                                       AxisChains& chains, std::span<SplitInProgress> splits) {
   std::array<GridPoint, AxisChains::kMost> vectors;
   const auto sign = [](const SplitInProgress& s) { return s.split.parent == ParentPosition::added ? -1 : 1; };
-  if constexpr (!Coder::kDecodes) {
+  if constexpr (!Coders::kDecodes) {
     for (std::size_t i = 0; i < splits.size(); ++i) vectors[i] = sign(splits[i]) * splits[i].split.displacement;
   }
-  code_vectors(coder, model.residuals, stages, chains, std::span(vectors).first(splits.size()));
+  code_vectors(coders, model.residuals, stages, chains, std::span(vectors).first(splits.size()));
   for (std::size_t i = 0; i < splits.size(); ++i) splits[i].split.displacement = sign(splits[i]) * vectors[i];
 }
 
@@ -118,33 +134,35 @@ template <class Coder, class Stages>
   const Prediction prediction = predict_shift(model, s.ring, features, displacement);
   AxisChains chains;
   stages.chain(std::span(&prediction, 1), units, chains);
-  code_vectors(coder, model.residuals, stages, chains, std::span(&s.split.shift, 1));
+  code_vectors(OneCoder<Coder>{coder}, model.residuals, stages, chains, std::span(&s.split.shift, 1));
 }
 
 // All of it. Stages are RingKernels, or what they are made of.
-template <class Coder, class Stages>
-[[gnu::always_inline]] inline void code_by_stages(Coder& coder, const PhaseModel& model, const AxisUnits& units,
+template <class Coders, class Stages>
+[[gnu::always_inline]] inline void code_by_stages(const Coders& coders, const PhaseModel& model, const AxisUnits& units,
                                                   const CodingTime& time, std::span<SplitInProgress> splits,
                                                   const Stages& stages) {
-  for (SplitInProgress& s : splits) {
-    if constexpr (Coder::kDecodes) {
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    SplitInProgress& s = splits[i];
+    if constexpr (Coders::kDecodes) {
       s.opening = Opening::closed;
     } else {
       describe_arc(s);
     }
-    code_length(coder, model, s);
+    code_length(coders[i], model, s);
   }
-  for (SplitInProgress& s : splits) code_rank(coder, model, s);
+  for (std::size_t i = 0; i < splits.size(); ++i) code_rank(coders[i], model, splits[i]);
   stages.cut(splits, time);
-  code_next_and_parents<typename Stages::Bits>(coder, model, splits, time);
+  code_next_and_parents<typename Stages::Bits>(coders, model, splits, time);
   AxisChains chains;
   stages.predict(splits, model, units, chains);
-  code_displacements(coder, model, stages, chains, splits);
+  code_displacements(coders, model, stages, chains, splits);
   if (!model.has_free_parents) [[likely]]
     return;
-  for (SplitInProgress& s : splits) {
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    SplitInProgress& s = splits[i];
     if (s.split.parent != ParentPosition::free) continue;
-    code_aside(coder, [&](auto& reader) {
+    code_aside(coders[i], [&](auto& reader) {
       code_shift(reader, model, units, stages, s);
       return true;
     });
@@ -163,7 +181,21 @@ void code_splits(Coder& coder, const SplitModel& model, const AxisUnits& units, 
   if constexpr (std::is_same_v<Coder, RansDecoder>) {
     kernels.decode(coder, phase, units, time, splits);
   } else {
-    detail::code_by_stages(coder, phase, units, time, splits, kernels);
+    detail::code_by_stages(detail::OneCoder<Coder>{coder}, phase, units, time, splits, kernels);
+  }
+}
+
+// The same for a decoder of splits from several streams: those of the first run's, then those of the second's, and so
+// on; all of them together are no more than before, and of one generation. What is found is what code_splits finds run
+// by run.
+inline void decode_splits(std::span<const DecoderRun> runs, const SplitModel& model, const AxisUnits& units,
+                          const CodingTime& time, std::span<SplitInProgress> splits,
+                          const RingKernels& kernels = RingKernels::best()) {
+  const PhaseModel& phase = model.at(time.generation, time.last);
+  if (runs.size() == 1) {
+    kernels.decode(*runs.front().decoder, phase, units, time, splits);
+  } else {
+    kernels.decode_runs(runs, phase, units, time, splits);
   }
 }
 

@@ -21,8 +21,8 @@ enum class PageKind : std::uint8_t { huge, small };
 class ZeroPages {
  public:
   static constexpr std::size_t kHugePageBytes = std::size_t{1} << 21U;
-  // Of small pages at least so much is in use before huge ones are taken: what they waste is a fraction of it.
-  static constexpr std::size_t kSmallBytes = 4 * kHugePageBytes;
+  // Of small pages at least so much is in use before huge ones are taken: what these waste is a fraction of it.
+  static constexpr std::size_t kSmallBytes = 2 * kHugePageBytes;
 
   ZeroPages() = default;
   ZeroPages(std::size_t size_bytes, PageKind kind);
