@@ -85,7 +85,8 @@ template <class Bits, class Coders>
   }
   for (std::size_t i = 0; i < splits.size(); ++i) {
     SplitInProgress& s = splits[i];
-    s.added_next = code_next_split<Bits>(coders[i], model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
+    s.added_next =
+        code_next_split<Bits>(coders[i], model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
   }
   for (std::size_t i = 0; i < splits.size(); ++i) {
     SplitInProgress& s = splits[i];
@@ -97,8 +98,9 @@ template <class Bits, class Coders>
 
 // Vectors given by an encoder, found by a decoder: axis by axis of all of them, in the order of their chains.
 template <class Coders, class Stages>
-[[gnu::always_inline]] inline void code_vectors(const Coders& coders, const ResidualTables& tables, const Stages& stages,
-                                                AxisChains& chains, std::span<GridPoint> vectors) {
+[[gnu::always_inline]] inline void code_vectors(const Coders& coders, const ResidualTables& tables,
+                                                const Stages& stages, AxisChains& chains,
+                                                std::span<GridPoint> vectors) {
   const std::size_t count = vectors.size();
   ResidualChoices choices;
   alignas(32) std::array<std::int32_t, AxisChains::kMost> values;
@@ -114,8 +116,9 @@ template <class Coders, class Stages>
 
 // The displacements; where the kept centre is hidden, the vector to it is coded.
 template <class Coders, class Stages>
-[[gnu::always_inline]] inline void code_displacements(const Coders& coders, const PhaseModel& model, const Stages& stages,
-                                                      AxisChains& chains, std::span<SplitInProgress> splits) {
+[[gnu::always_inline]] inline void code_displacements(const Coders& coders, const PhaseModel& model,
+                                                      const Stages& stages, AxisChains& chains,
+                                                      std::span<SplitInProgress> splits) {
   std::array<GridPoint, AxisChains::kMost> vectors;
   const auto sign = [](const SplitInProgress& s) { return s.split.parent == ParentPosition::added ? -1 : 1; };
   if constexpr (!Coders::kDecodes) {

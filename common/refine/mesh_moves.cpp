@@ -223,18 +223,20 @@ Result<std::uint64_t> ProgressiveMesh::refine(std::uint32_t vertex_limit) {
 
 // --- Coarsening ---
 
-// A vertex beside the root or the new vertex of one of the cell's latest splits that was split or made after them.
-VertexId ProgressiveMesh::find_later(std::uint32_t cell_number) const {
+// A vertex beside the root or the new vertex of one of the cell's latest splits, from split number `from` on, that was
+// split or made after them; moves `from` on to that split.
+VertexId ProgressiveMesh::find_later(std::uint32_t cell_number, std::uint32_t& from) const {
   const LiveCell& cell = *cells_[cell_number].live;
   const std::uint32_t generation = cells_[cell_number].done;
   VertexId later = kOutside;
   const auto look = [&](VertexId w) {
     if (state_.vertices[w].context.touched > generation) later = w;
   };
-  for (std::uint32_t i = cell.generations.back().made_before; i < cell.vertices.made && later == kOutside; ++i) {
-    const VertexId added = cell.vertices.made_at(i);
+  for (; from < cell.vertices.made; ++from) {
+    const VertexId added = cell.vertices.made_at(from);
     state_.fans.for_each_neighbour(added, look);
     state_.fans.for_each_neighbour(kept_undo(state_, added).root, look);
+    if (later != kOutside) break;
   }
   return later;
 }
@@ -254,7 +256,8 @@ bool ProgressiveMesh::undo_generation(std::uint32_t cell_number, Work& work) {
       }
     }
   }
-  for (VertexId w = find_later(cell_number); w != kOutside; w = find_later(cell_number)) {
+  std::uint32_t looked_at = cell.generations.back().made_before;
+  for (VertexId w = find_later(cell_number, looked_at); w != kOutside; w = find_later(cell_number, looked_at)) {
     std::uint32_t later = state_.cells[w];
     const CellEntry& of_later = index_->cells[later];
     if (cells_[later].done == slab_begin(of_later.slab)) later = of_later.parent;  // whose splits its finest are
@@ -315,7 +318,8 @@ bool ProgressiveMesh::is_needed(std::uint32_t cell_number) const {
       if (cells_[child].done > cell.done || is_awaited(child)) return true;
     }
   }
-  return is_awaited(cell_number) || find_later(cell_number) != kOutside;
+  std::uint32_t first = cell.live->generations.back().made_before;
+  return is_awaited(cell_number) || find_later(cell_number, first) != kOutside;
 }
 
 // After a cell has lost a generation: what that lay on belongs to cells beside it now, or to those they come from.

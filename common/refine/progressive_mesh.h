@@ -197,7 +197,7 @@ class ProgressiveMesh {
   void wait_for(std::uint32_t cell, std::uint32_t lagging);
   void wake_waiting(std::uint32_t cell);
   bool can_advance(std::uint32_t cell) const;
-  VertexId find_later(std::uint32_t cell) const;
+  VertexId find_later(std::uint32_t cell, std::uint32_t& from) const;
   void find_neighbours(std::uint32_t cell);
   void hand_over_neighbours(std::uint32_t parent);
   void take_back_neighbours(std::uint32_t parent);
