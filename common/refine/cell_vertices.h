@@ -21,8 +21,8 @@ struct CellVertices {
 
   // Asks for the memory of the lists.
   void fetch() const {
-    prefetch(initial.data(), initial.size() * sizeof(VertexId));
-    prefetch(slots.data(), slots.size() * sizeof(VertexId));
+    fetch_lines(initial.data(), initial.size() * sizeof(VertexId));
+    fetch_lines(slots.data(), slots.size() * sizeof(VertexId));
   }
   // And for that of the vertices.
   void fetch_vertices(const FanState& state) const {

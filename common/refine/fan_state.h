@@ -32,7 +32,7 @@ struct FanState {
   }
   // Asks for the memory of a vertex and its fan.
   void fetch(VertexId v) const {
-    prefetch(vertices.data() + v);
+    fetch_line(vertices.data() + v);
     fans.fetch(v);
   }
   // Gives back the memory of numbers that have become free.

@@ -44,13 +44,13 @@ void ProgressiveMesh::fetch_ahead() const {
     }
   };
   for_step(2, [&](std::uint32_t c) {
-    prefetch(cells_[c].live.get(), sizeof(LiveCell));
-    prefetch(&index_->cells[c]);
+    fetch_lines(cells_[c].live.get(), sizeof(LiveCell));
+    fetch_line(&index_->cells[c]);
   });
   for_step(1, [&](std::uint32_t c) {
     cells_[c].live->vertices.fetch();
-    prefetch(cells_[c].live->generations.data());
-    prefetch(&index_->segments[index_->cells[c].first_segment]);
+    fetch_line(cells_[c].live->generations.data());
+    fetch_line(&index_->segments[index_->cells[c].first_segment]);
     held_.fetch(c);
   });
   for_step(0, [&](std::uint32_t c) { cells_[c].live->vertices.fetch_vertices(state_); });
@@ -282,7 +282,7 @@ void ProgressiveMesh::fetch_excess() const {
   const auto live = [&](std::size_t ahead) {
     return ahead < excess_.size() ? cells_[excess_[excess_.size() - 1 - ahead]].live.get() : nullptr;
   };
-  if (const LiveCell* cell = live(6)) prefetch(cell, sizeof *cell);
+  if (const LiveCell* cell = live(6)) fetch_lines(cell, sizeof *cell);
   if (const LiveCell* cell = live(4)) cell->vertices.fetch();
   if (const LiveCell* cell = live(2)) cell->vertices.fetch_vertices(state_);
 }

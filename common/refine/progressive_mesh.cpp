@@ -456,7 +456,8 @@ std::size_t ProgressiveMesh::memory_bytes() const {
   const auto array = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
   std::size_t bytes = sizeof(*this) + state_.memory_bytes() + held_.memory_bytes() + array(cells_) + array(queue_) +
                       array(excess_) + array(changed_) + array(polygons_) + array(scratch_.points) +
-                      array(scratch_.normals);
+                      array(scratch_.normals) + advancing_.memory_bytes() + array(blocked_) + array(steps_) +
+                      array(decoding_) + array(found_);
   for (const CellProgress& cell : cells_) {
     if (cell.live) bytes += cell.live->memory_bytes();
   }
