@@ -12,6 +12,12 @@
 
 namespace fanstream {
 
+// Splits that stand one after another and are of one stream.
+struct DecoderRun {
+  RansDecoder* decoder = nullptr;  // another than those of other runs
+  std::size_t splits = 0;
+};
+
 // Thread safe. Rings are loaded before (RingGeometry::load), and measured before anything else is asked.
 struct RingKernels {
   using Bits = PlainBits;
@@ -40,6 +46,9 @@ struct RingKernels {
   // All of code_splits, for a decoder. The rings have been measured, or `places` says how.
   void (*decode)(RansDecoder& decoder, const PhaseModel& model, const AxisUnits& units, const CodingTime& time,
                  std::span<SplitInProgress> splits, const RingPlaces& places);
+  // And of splits from several streams, each of them a run's.
+  void (*decode_runs)(std::span<const DecoderRun> runs, const PhaseModel& model, const AxisUnits& units,
+                      const CodingTime& time, std::span<SplitInProgress> splits, const RingPlaces& places);
 
   // Of one ring.
   // How far the arc of `length` reaches that begins at each position; there is room for whole blocks of eight.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/fans/ring_mesh.h"
+#include "common/support/cache_lines.h"
 #include "common/support/paged_array.h"
 
 namespace fanstream {
@@ -50,6 +51,11 @@ class LinkedFans {
   // on what is split around it.
   CornerId corner(VertexId v) const { return fans_[v].corner; }
   const Corner* corners() const { return corners_.data(); }
+  // Asks for the memory of a vertex's fan and of the faces that it came with.
+  void fetch(VertexId v) const {
+    fetch_line(fans_.data() + v);
+    if (v >= base_vertices_) fetch_line(corners_.data() + first_corner(v));
+  }
   // The ring, counter-clockwise seen from outside, from corner(v) on. Empty for a vertex that is not in the mesh.
   std::vector<VertexId> ring(VertexId v) const;
   template <class Visitor>
