@@ -8,8 +8,10 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -136,44 +138,48 @@ class FastRansDecoder {
   [[gnu::always_inline]] void fetch() {
     state_ = decoder_.state_;
     at_ = decoder_.bytes_ + decoder_.position_;
-    left_ = static_cast<std::ptrdiff_t>(decoder_.size_ - decoder_.position_);
+    end_ = decoder_.bytes_ + decoder_.size_;
   }
   [[gnu::always_inline]] void put_back() {
     decoder_.state_ = state_;
-    decoder_.position_ = decoder_.size_ - static_cast<std::size_t>(left_);
+    decoder_.position_ = static_cast<std::size_t>(at_ - decoder_.bytes_);
   }
 
   // Every seventh step or so takes a word, nobody can tell which: so none branches on it. Everything but the state is
   // there early, and the state has little left to go through.
   [[gnu::always_inline]] void take_word() {
-    const bool any = left_ > 0;
-    const std::byte* from = any ? at_ : RansDecoder::kNothing.data();
-    const std::uint32_t word = std::to_integer<std::uint32_t>(from[0]) | std::to_integer<std::uint32_t>(from[1]) << 8U;
-    const std::uint32_t limit = static_cast<std::uint32_t>(any) << 16U;
-    static_assert(RansDecoder::kLeast == 1U << 16U);
-    const std::ptrdiff_t taken = static_cast<std::ptrdiff_t>(state_ < limit) << 1U;
-    at_ += taken;
-    left_ -= taken;
-    state_ = chosen_below(state_, limit, state_ << 16U | word);
+    if (at_ >= end_) [[unlikely]]
+      return;
+    at_ += 2 * fill(state_, state_ << 16U | word_at(at_));
   }
-  // `state`, but `other` where it is below the limit.
-  [[gnu::always_inline]] static std::uint32_t chosen_below(std::uint32_t state, std::uint32_t limit,
-                                                           std::uint32_t other) {
+  static std::uint32_t word_at(const std::byte* at) {
+    if constexpr (std::endian::native == std::endian::little) {
+      std::uint16_t word = 0;
+      std::memcpy(&word, at, sizeof(word));
+      return word;
+    }
+    return std::to_integer<std::uint32_t>(at[0]) | std::to_integer<std::uint32_t>(at[1]) << 8U;
+  }
+  // A state below the least becomes `filled`. Returns 1 then, else 0.
+  [[gnu::always_inline]] static std::size_t fill(std::uint32_t& state, std::uint32_t filled) {
 #if defined(__x86_64__) && defined(__GNUC__)
     // The compiler makes a branch of it, whatever it is told of the odds.
-    __asm__("cmpl %[limit], %[state]\n\tcmovbl %[other], %[state]"
-            : [state] "+r"(state)
-            : [limit] "r"(limit), [other] "r"(other)
+    std::size_t taken = 0;
+    __asm__("cmpl %[least], %[state]\n\tcmovbl %[filled], %[state]\n\tadcq $0, %[taken]"
+            : [state] "+r"(state), [taken] "+r"(taken)
+            : [least] "i"(RansDecoder::kLeast), [filled] "r"(filled)
             : "cc");
-    return state;
+    return taken;
 #else
-    return state < limit ? other : state;
+    const bool low = state < RansDecoder::kLeast;
+    state = low ? filled : state;
+    return static_cast<std::size_t>(low);
 #endif
   }
 
   RansDecoder& decoder_;
   const std::byte* at_;
-  std::ptrdiff_t left_;
+  const std::byte* end_;
   std::uint32_t state_;
 };
 

@@ -11,10 +11,17 @@ namespace fanstream {
 
 // How a prediction's residual is coded.
 struct ResidualChoice {
-  std::int32_t base = 0;    // the integer nearest to what is expected
-  std::int32_t mirror = 0;  // -1 where errors are coded with their signs changed, else 0
+  std::int32_t zero = 0;    // the value of the first symbol and no low bits; it and those that follow need no escape
+  std::int32_t mirror = 0;  // -1 where values fall from there on, 0 where they rise
   std::uint32_t table = 0;
   std::int32_t raw_bits = 0;
+
+  // How far a value lies from the first one, and back. By masks, since a branch would be a coin toss.
+  std::int32_t distance_of(std::int32_t value) const { return mirrored(value - zero); }
+  std::int32_t value_at(std::int32_t distance) const { return zero + mirrored(distance); }
+
+ private:
+  std::int32_t mirrored(std::int32_t x) const { return (x ^ mirror) - mirror; }
 };
 
 // An error is cut into a symbol of 31 and raw low bits; rarer ones escape. Logistic distributions in steps of a
@@ -41,11 +48,17 @@ class ResidualTables {
   // The same in two steps (RingKernels::choose chooses for several at once).
   static ResidualChoice choose(float mean, float variance);
   template <class Coder>
-  std::int32_t code(Coder& coder, const ResidualChoice& choice, std::int32_t value) const;
+  std::int32_t code(Coder& coder, const ResidualChoice& choice, std::int32_t value) const {
+    return choice.value_at(code_distance(coder, choice, Coder::kDecodes ? 0 : choice.distance_of(value)));
+  }
+  // The same in terms of choice.distance_of(value).
+  template <class Coder>
+  std::int32_t code_distance(Coder& coder, const ResidualChoice& choice, std::int32_t distance) const;
+
+  static constexpr int kCentre = 15;  // the symbol in whose middle the expected value lies
 
  private:
   ResidualTables();
-  static constexpr int kCentre = 15;
   static constexpr int kEscape = 31;
   template <class Coder>
   std::int64_t code_escaped(Coder& coder, std::int32_t high, int raw_bits, unsigned low) const;
@@ -88,37 +101,34 @@ inline ResidualChoice ResidualTables::choose(float mean, float variance) {
   const int step = halves < 0 ? 0 : halves < kChoices ? halves : kChoices - 1;
   const int phase = (fraction & 0x7FFFFFFFU) >= std::bit_cast<std::uint32_t>(0.25F) ? 1 : 0;
   const bool small = step < kSmall;
-  return {static_cast<std::int32_t>(nearest), static_cast<std::int32_t>(fraction) >> 31,
-          static_cast<std::uint32_t>(small ? 2 * step + phase : 2 * kSmall + step % kSteps),
-          small ? 0 : (step - kSmall) / kSteps + 1};
+  const int raw_bits = small ? 0 : (step - kSmall) / kSteps + 1;
+  const std::int32_t mirror = static_cast<std::int32_t>(fraction) >> 31;
+  const std::int32_t to_centre = kCentre * (1 << raw_bits) + (small ? 0 : (1 << raw_bits) / 2 - 1);
+  return {static_cast<std::int32_t>(nearest) - ((to_centre ^ mirror) - mirror), mirror,
+          static_cast<std::uint32_t>(small ? 2 * step + phase : 2 * kSmall + step % kSteps), raw_bits};
 }
 
 template <class Coder>
-[[gnu::always_inline]] inline std::int32_t ResidualTables::code(Coder& coder, const ResidualChoice& choice,
-                                                                std::int32_t value) const {
-  // By masks, since a branch would be a coin toss.
-  const auto mirrored = [mirror = choice.mirror](auto x) { return (x ^ mirror) - mirror; };
-  const FrequencyTable& table = tables_[choice.table];
+[[gnu::always_inline]] inline std::int32_t ResidualTables::code_distance(Coder& coder, const ResidualChoice& choice,
+                                                                         std::int32_t distance) const {
   const int raw_bits = choice.raw_bits;
-  const std::int32_t half = (((1 << raw_bits) >> 1) - 1) & -static_cast<std::int32_t>(raw_bits != 0);
   std::int32_t high = 0;
   unsigned low = 0;
   if constexpr (!Coder::kDecodes) {
-    const std::int32_t error = mirrored(value - choice.base) + half;
-    high = error >> raw_bits;
-    low = static_cast<unsigned>(error - (high << raw_bits));
+    high = distance >> raw_bits;
+    low = static_cast<unsigned>(distance - high * (1 << raw_bits));
   }
-  const bool escapes = high < -kCentre || high > kCentre;
-  const int symbol = coder.symbol(table, escapes ? kEscape : high + kCentre);
+  const bool escapes = high < 0 || high >= kEscape;
+  const int symbol = coder.symbol(tables_[choice.table], escapes ? kEscape : high);
   if (symbol != kEscape) [[likely]] {
-    const auto decoded_low = raw_bits == 0 ? 0 : static_cast<std::int32_t>(coder.bits(raw_bits, low));
-    return choice.base + mirrored((symbol - kCentre) * (1 << raw_bits) + decoded_low - half);
+    return symbol * (1 << raw_bits) + (raw_bits == 0 ? 0 : static_cast<std::int32_t>(coder.bits(raw_bits, low)));
   }
   const std::int64_t far_off =
-      code_aside(coder, [&](auto& reader) { return code_escaped(reader, high, raw_bits, low); });
-  const std::int64_t wide = choice.base + mirrored(far_off - half);
+      code_aside(coder, [&](auto& reader) { return code_escaped(reader, high - kCentre, raw_bits, low); });
+  const std::int64_t from_zero = far_off + kCentre * (1 << raw_bits);
+  const std::int64_t wide = choice.zero + (choice.mirror != 0 ? -from_zero : from_zero);
   constexpr std::int64_t kMost = std::int64_t{1} << 28;
-  return static_cast<std::int32_t>(wide < -kMost ? -kMost : wide > kMost ? kMost : wide);
+  return choice.distance_of(static_cast<std::int32_t>(wide < -kMost ? -kMost : wide > kMost ? kMost : wide));
 }
 
 }  // namespace fanstream

@@ -24,7 +24,7 @@ void RingGeometry::load_long(const LinkedFans& fans) {
 }
 
 void RingGeometry::measure(std::span<const FanVertex> vertices, Float4 unit) {
-  RingKernels::best().measure_ring(*this, vertices.data(), unit);
+  RingKernels::best().measure(*this, {vertices.data(), unit});
 }
 
 std::uint32_t RingGeometry::rank_of_first(std::uint32_t length, std::uint32_t first) const {

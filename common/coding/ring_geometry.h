@@ -60,6 +60,13 @@ struct FanWalk {
   }
 };
 
+// What rings are measured in: the mesh's vertices by number, and the size of one code step of each axis, 0 in the
+// fourth lane.
+struct RingPlaces {
+  const FanVertex* vertices = nullptr;
+  Float4 unit{};
+};
+
 // All lengths are in grid steps, in single precision with plain IEEE operations only, so that every machine computes
 // the same bits. The numbers are kept component by component, in blocks of eight that ring_kernels.h works on. Reused
 // from split to split to avoid allocation; not thread safe.
@@ -95,10 +102,11 @@ class RingGeometry {
   bool is_open() const { return gap_ < size_; }
   std::uint32_t gap() const { return gap_; }  // position of kOutside, or size()
   VertexId id(std::uint32_t i) const { return ids()[i]; }
-  // The fan's corner that spells a position, and that before it.
+  // The fan's corner that spells a position.
   LinkedFans::CornerId corner(std::uint32_t i) const { return corners()[i]; }
-  LinkedFans::CornerId corner_before(std::uint32_t i) const {
-    return corners()[i + (size_ & (0U - static_cast<std::uint32_t>(i == 0))) - 1];
+  // For LinkedFans::split, as long as the ring is as it was loaded.
+  LinkedFans::Arc arc(std::uint32_t first, std::uint32_t last) const {
+    return {corners(), size_, first, steps(first, last)};
   }
   // From the root; zero at the gap.
   Float4 spoke(std::uint32_t i) const { return Float4{xs()[i], ys()[i], zs()[i], 0.0F}; }
@@ -122,7 +130,7 @@ class RingGeometry {
   static constexpr std::uint32_t kShort = FanWalk::kEntries;  // of longer rings the numbers are kept elsewhere
   std::uint32_t block_count() const { return (size_ + 7) / 8; }
   // By position. Of what lies beyond the ring's end, up to that of a block, spokes are zero and nobody is split; ids
-  // are of any vertex, or kOutside.
+  // are of any vertex, or kOutside. A short ring's spokes are zero up to kShort.
   const VertexId* ids() const { return is_short() ? walk_->ids.data() : long_ids_.data(); }
   const LinkedFans::CornerId* corners() const { return is_short() ? walk_->corners.data() : ids() + stride(); }
   const float* xs() const { return is_short() ? short_.x.data() : long_numbers_.data(); }
@@ -141,6 +149,9 @@ class RingGeometry {
             const_cast<float*>(square_sums()), const_cast<std::uint32_t*>(nexts())};
   }
   void set_gap(std::uint32_t gap) { gap_ = gap; }
+  // Of cross products and, in the fourth lane, of squared lengths; kept in the normal's place until that is known.
+  void set_sums(Float4 sums) { normal_ = sums; }
+  Float4 sums() const { return normal_; }
   void set_measures(Float4 normal, float mean_square, float bend_square) {
     normal_ = normal;
     mean_square_ = mean_square;

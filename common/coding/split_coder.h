@@ -36,6 +36,19 @@ inline const FrequencyTable& table_at(const PhaseModel& model, int index) {
   return model.table(static_cast<std::size_t>(index));
 }
 
+// The coder of each split, by number: the same for all, or that of the stream that it belongs to.
+template <class Coder>
+struct OneCoder {
+  static constexpr bool kDecodes = Coder::kDecodes;
+  Coder& coder;
+  [[gnu::always_inline]] Coder& operator[](std::size_t /*split*/) const { return coder; }
+};
+struct SeveralDecoders {
+  static constexpr bool kDecodes = true;
+  FastRansDecoder* const* of;
+  [[gnu::always_inline]] FastRansDecoder& operator[](std::size_t split) const { return *of[split]; }
+};
+
 // How long the arc is.
 template <class Coder>
 [[gnu::always_inline]] inline void code_length(Coder& coder, const PhaseModel& model, SplitInProgress& s) {
@@ -59,53 +72,57 @@ template <class Coder>
   }
 }
 
-// When both vertices are split next, and where the parents lay. One kind of symbol after the other: none then waits for
-// what only follows from the one before it.
+// When the root is split next.
 template <class Bits, class Coder>
-[[gnu::always_inline]] inline void code_next_and_parents(Coder& coder, const PhaseModel& model,
-                                                         std::span<SplitInProgress> splits, const CodingTime& time) {
-  for (SplitInProgress& s : splits) {
-    const std::uint32_t valence = s.ring.size() - s.length + 2;
-    s.root_next = code_next_split<Bits>(coder, model, NextSplitOf::root, valence, s.root_free, s.root_next);
-    s.added_free.exclude(s.root_next);
-  }
-  for (SplitInProgress& s : splits) {
-    s.added_next = code_next_split<Bits>(coder, model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
-  }
-  for (SplitInProgress& s : splits) {
-    const int table = SymbolContexts::parent(s.root_next != time.generation, s.ring.is_open());
-    s.split.parent =
-        static_cast<ParentPosition>(coder.symbol(table_at(model, table), static_cast<int>(s.split.parent)));
-  }
+[[gnu::always_inline]] inline void code_root_next(Coder& coder, const PhaseModel& model, SplitInProgress& s) {
+  const std::uint32_t valence = s.ring.size() - s.length + 2;
+  s.root_next = code_next_split<Bits>(coder, model, NextSplitOf::root, valence, s.root_free, s.root_next);
+  s.added_free.exclude(s.root_next);
+}
+
+// And where the parent lay.
+template <class Coder>
+[[gnu::always_inline]] inline void code_parent(Coder& coder, const PhaseModel& model, const CodingTime& time,
+                                               SplitInProgress& s) {
+  const int table = SymbolContexts::parent(s.root_next != time.generation, s.ring.is_open());
+  s.split.parent = static_cast<ParentPosition>(coder.symbol(table_at(model, table), static_cast<int>(s.split.parent)));
 }
 
 // Vectors given by an encoder, found by a decoder: axis by axis of all of them, in the order of their chains.
-template <class Coder, class Stages>
-[[gnu::always_inline]] inline void code_vectors(Coder& coder, const ResidualTables& tables, const Stages& stages,
-                                                AxisChains& chains, std::span<GridPoint> vectors) {
+template <class Coders, class Stages>
+[[gnu::always_inline]] inline void code_vectors(const Coders& coders, const ResidualTables& tables,
+                                                const Stages& stages, AxisChains& chains,
+                                                std::span<GridPoint> vectors) {
   const std::size_t count = vectors.size();
   ResidualChoices choices;
-  alignas(32) std::array<std::int32_t, AxisChains::kMost> values;
+  alignas(32) std::array<std::array<std::int32_t, AxisChains::kMost>, 3> values;
   for (std::size_t place = 0; place < 3; ++place) {
     stages.choose(chains, place, count, choices);
+    const std::span<std::int32_t> at_place = std::span(values[place]).first(count);
     for (std::size_t i = 0; i < count; ++i) {
-      std::int32_t& coordinate = (&vectors[i].x)[chains.order(i)[place]];
-      coordinate = values[i] = tables.code(coder, choices[i], coordinate);
+      std::int32_t distance = 0;
+      if constexpr (!Coders::kDecodes) distance = choices[i].distance_of((&vectors[i].x)[chains.order(i)[place]]);
+      at_place[i] = tables.code_distance(coders[i], choices[i], distance);
     }
-    if (place < 2) stages.learn(chains, place, std::span(values).first(count));
+    stages.to_values(choices, at_place);
+    if (place < 2) stages.learn(chains, place, at_place);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t place = 0; place < 3; ++place) (&vectors[i].x)[chains.order(i)[place]] = values[place][i];
   }
 }
 
 // The displacements; where the kept centre is hidden, the vector to it is coded.
-template <class Coder, class Stages>
-[[gnu::always_inline]] inline void code_displacements(Coder& coder, const PhaseModel& model, const Stages& stages,
-                                                      AxisChains& chains, std::span<SplitInProgress> splits) {
+template <class Coders, class Stages>
+[[gnu::always_inline]] inline void code_displacements(const Coders& coders, const PhaseModel& model,
+                                                      const Stages& stages, AxisChains& chains,
+                                                      std::span<SplitInProgress> splits) {
   std::array<GridPoint, AxisChains::kMost> vectors;
   const auto sign = [](const SplitInProgress& s) { return s.split.parent == ParentPosition::added ? -1 : 1; };
-  if constexpr (!Coder::kDecodes) {
+  if constexpr (!Coders::kDecodes) {
     for (std::size_t i = 0; i < splits.size(); ++i) vectors[i] = sign(splits[i]) * splits[i].split.displacement;
   }
-  code_vectors(coder, model.residuals, stages, chains, std::span(vectors).first(splits.size()));
+  code_vectors(coders, model.residuals, stages, chains, std::span(vectors).first(splits.size()));
   for (std::size_t i = 0; i < splits.size(); ++i) splits[i].split.displacement = sign(splits[i]) * vectors[i];
 }
 
@@ -118,33 +135,58 @@ template <class Coder, class Stages>
   const Prediction prediction = predict_shift(model, s.ring, features, displacement);
   AxisChains chains;
   stages.chain(std::span(&prediction, 1), units, chains);
-  code_vectors(coder, model.residuals, stages, chains, std::span(&s.split.shift, 1));
+  code_vectors(OneCoder<Coder>{coder}, model.residuals, stages, chains, std::span(&s.split.shift, 1));
 }
 
-// All of it. Stages are RingKernels, or what they are made of.
-template <class Coder, class Stages>
-[[gnu::always_inline]] inline void code_by_stages(Coder& coder, const PhaseModel& model, const AxisUnits& units,
+// All of it. Stages are RingKernels, or what they are made of. In every loop each symbol only waits for the one before
+// it: what is computed of one split runs while the next one's symbol is looked up.
+template <class Coders, class Stages>
+[[gnu::always_inline]] inline void code_by_stages(const Coders& coders, const PhaseModel& model, const AxisUnits& units,
                                                   const CodingTime& time, std::span<SplitInProgress> splits,
-                                                  const Stages& stages) {
-  for (SplitInProgress& s : splits) {
-    if constexpr (Coder::kDecodes) {
+                                                  const RingPlaces& places, const Stages& stages) {
+  using Bits = typename Stages::Bits;
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    SplitInProgress& s = splits[i];
+    if constexpr (Coders::kDecodes) {
+      if (places.vertices != nullptr) stages.measure_spokes(s.ring, places);
       s.opening = Opening::closed;
     } else {
       describe_arc(s);
     }
-    code_length(coder, model, s);
+    code_length(coders[i], model, s);
   }
-  for (SplitInProgress& s : splits) code_rank(coder, model, s);
-  stages.cut(splits, time);
-  code_next_and_parents<typename Stages::Bits>(coder, model, splits, time);
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    SplitInProgress& s = splits[i];
+    code_rank(coders[i], model, s);
+    stages.find_wings(s);
+  }
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    SplitInProgress& s = splits[i];
+    stages.find_free(s, time);
+    code_root_next<Bits>(coders[i], model, s);
+  }
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    SplitInProgress& s = splits[i];
+    if constexpr (Coders::kDecodes) {
+      if (places.vertices != nullptr) stages.measure_bend(s.ring);
+    }
+    s.added_next =
+        code_next_split<Bits>(coders[i], model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
+  }
+  std::array<Prediction, AxisChains::kMost> predictions;
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    code_parent(coders[i], model, time, splits[i]);
+    predictions[i] = stages.predict(model, splits[i]);
+  }
   AxisChains chains;
-  stages.predict(splits, model, units, chains);
-  code_displacements(coder, model, stages, chains, splits);
+  stages.chain(std::span(predictions).first(splits.size()), units, chains);
+  code_displacements(coders, model, stages, chains, splits);
   if (!model.has_free_parents) [[likely]]
     return;
-  for (SplitInProgress& s : splits) {
+  for (std::size_t i = 0; i < splits.size(); ++i) {
+    SplitInProgress& s = splits[i];
     if (s.split.parent != ParentPosition::free) continue;
-    code_aside(coder, [&](auto& reader) {
+    code_aside(coders[i], [&](auto& reader) {
       code_shift(reader, model, units, stages, s);
       return true;
     });
@@ -154,16 +196,32 @@ template <class Coder, class Stages>
 }  // namespace detail
 
 // Codes everything of up to AxisChains::kMost splits but their roots and low bits. Displacements and shifts are in
-// points of the generation's lattice, whose spacing is `units`. The rings have been measured in the mesh as it is
-// before all of the splits.
+// points of the generation's lattice, whose spacing is `units`. The rings have been loaded in the mesh as it is before
+// all of the splits; an encoder's have been measured, too, and so have a
+// decoder's without `places`; else it does that itself.
 template <class Coder>
 void code_splits(Coder& coder, const SplitModel& model, const AxisUnits& units, const CodingTime& time,
-                 std::span<SplitInProgress> splits, const RingKernels& kernels = RingKernels::best()) {
+                 std::span<SplitInProgress> splits, const RingPlaces& places = {},
+                 const RingKernels& kernels = RingKernels::best()) {
   const PhaseModel& phase = model.at(time.generation, time.last);
   if constexpr (std::is_same_v<Coder, RansDecoder>) {
-    kernels.decode(coder, phase, units, time, splits);
+    kernels.decode(coder, phase, units, time, splits, places);
   } else {
-    detail::code_by_stages(coder, phase, units, time, splits, kernels);
+    detail::code_by_stages(detail::OneCoder<Coder>{coder}, phase, units, time, splits, places, kernels);
+  }
+}
+
+// The same for a decoder of splits from several streams: those of the first run's, then those of the second's, and so
+// on; all of them together are no more than before, and of one generation. What is found is what code_splits finds run
+// by run.
+inline void decode_splits(std::span<const DecoderRun> runs, const SplitModel& model, const AxisUnits& units,
+                          const CodingTime& time, std::span<SplitInProgress> splits, const RingPlaces& places = {},
+                          const RingKernels& kernels = RingKernels::best()) {
+  const PhaseModel& phase = model.at(time.generation, time.last);
+  if (runs.size() == 1) {
+    kernels.decode(*runs.front().decoder, phase, units, time, splits, places);
+  } else {
+    kernels.decode_runs(runs, phase, units, time, splits, places);
   }
 }
 

@@ -35,7 +35,7 @@ struct Prediction {
   Float4 mean;
   Float4 direction;  // its part in the tangent plane is the direction along which the error differs
   Float4 normal;
-  alignas(16) std::array<float, 4> variances;  // along, across, and off the plane
+  Float4 variances;  // along, across, and off the plane
 };
 
 inline Prediction predict(const PhaseModel& model, const RingGeometry& ring, const RingFeatures& features) {
@@ -50,8 +50,9 @@ inline Prediction predict(const PhaseModel& model, const RingGeometry& ring, con
   const auto size = static_cast<std::size_t>(SpreadContexts::size_class(ring.mean_square()));
   const float scale = model.scales[context];
   const auto off_plane = static_cast<std::size_t>(SpreadContexts::normal(ring.bend_square(), ring.mean_square()));
-  result.variances = {scale * model.variances[SpreadContexts::kAlong + size],
-                      scale * model.variances[SpreadContexts::kAcross + size], scale * model.variances[off_plane]};
+  result.variances =
+      float4(scale) * Float4{model.variances[SpreadContexts::kAlong + size],
+                             model.variances[SpreadContexts::kAcross + size], model.variances[off_plane], 0.0F};
   return result;
 }
 
@@ -66,8 +67,9 @@ inline Prediction predict_shift(const PhaseModel& model, const RingGeometry& rin
   result.normal = ring.normal();
   const float length2 = dot3(displacement, displacement);
   constexpr float kRounding = 0.125F;  // places are whole steps
-  result.variances = {model.shift_variances[0] * length2 + kRounding, model.shift_variances[1] * length2 + kRounding,
-                      model.shift_variances[2] * ring.bend_square() + kRounding};
+  result.variances =
+      Float4{model.shift_variances[0] * length2 + kRounding, model.shift_variances[1] * length2 + kRounding,
+             model.shift_variances[2] * ring.bend_square() + kRounding, 0.0F};
   return result;
 }
 
@@ -90,12 +92,12 @@ struct AxisChains {
 
 // How the residuals of several values are coded.
 struct ResidualChoices {
-  alignas(32) std::array<std::uint32_t, AxisChains::kMost> base;
+  alignas(32) std::array<std::uint32_t, AxisChains::kMost> zero;
   alignas(32) std::array<std::uint32_t, AxisChains::kMost> mirror;
   alignas(32) std::array<std::uint32_t, AxisChains::kMost> table;
   alignas(32) std::array<std::uint32_t, AxisChains::kMost> raw_bits;
   ResidualChoice operator[](std::size_t i) const {
-    return {static_cast<std::int32_t>(base[i]), static_cast<std::int32_t>(mirror[i]), table[i],
+    return {static_cast<std::int32_t>(zero[i]), static_cast<std::int32_t>(mirror[i]), table[i],
             static_cast<std::int32_t>(raw_bits[i])};
   }
 };

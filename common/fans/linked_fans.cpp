@@ -110,8 +110,8 @@ void LinkedFans::split(VertexId root, VertexId added, std::uint32_t first, std::
   std::vector<CornerId> corner(fans_[root].count);
   corner[0] = fans_[root].corner;
   for (std::size_t i = 1; i < corner.size(); ++i) corner[i] = corners_[corner[i - 1]].next;
-  const auto at = [&](std::size_t i) { return corner[i % corner.size()]; };
-  split(root, added, {at(first + corner.size() - 1), at(first), at(last + corner.size() - 1), at(last)});
+  const std::uint32_t size = fans_[root].count;
+  split(root, added, {corner.data(), size, first, last > first ? last - first : last + size - first});
 }
 
 RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added, CornerId root_corner) {

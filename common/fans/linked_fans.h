@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/fans/ring_mesh.h"
+#include "common/support/cache_lines.h"
 #include "common/support/paged_array.h"
 
 namespace fanstream {
@@ -50,6 +51,11 @@ class LinkedFans {
   // on what is split around it.
   CornerId corner(VertexId v) const { return fans_[v].corner; }
   const Corner* corners() const { return corners_.data(); }
+  // Asks for the memory of a vertex's fan and of the faces that it came with.
+  void fetch(VertexId v) const {
+    fetch_line(fans_.data() + v);
+    if (v >= base_vertices_) fetch_line(corners_.data() + first_corner(v));
+  }
   // The ring, counter-clockwise seen from outside, from corner(v) on. Empty for a vertex that is not in the mesh.
   std::vector<VertexId> ring(VertexId v) const;
   template <class Visitor>
@@ -64,10 +70,12 @@ class LinkedFans {
 
   // FanSplit of the fan of `root`: `added`, which is not in the mesh, takes over the ring from the first wing
   // counter-clockwise to the last, both included; `root` keeps the rest, both wings included. Either wing may be
-  // kOutside: then one face is inserted instead of two. The arc is given by the root's corners: that which spells the
-  // first wing and that before it, that which spells the last and that before it.
+  // kOutside: then one face is inserted instead of two.
   struct Arc {
-    CornerId before_first, first, before_last, last;
+    const CornerId* corners;  // of the root's fan, in order
+    std::uint32_t size;       // how many
+    std::uint32_t first;      // which of them spells the first wing
+    std::uint32_t length;     // how many further on, beyond the fan's end from its start again, one spells the last
   };
   void split(VertexId root, VertexId added, const Arc& arc);
   // The same by positions in ring(root).
@@ -114,33 +122,39 @@ class LinkedFans {
 
 // The new faces are A = (root, first wing, added) and B = (root, added, last wing).
 inline void LinkedFans::split(VertexId root, VertexId added, const Arc& arc) {
-  assert(added < fans_.size() && fans_[added].count == 0 && arc.first != arc.last);
+  assert(added < fans_.size() && fans_[added].count == 0 && arc.length > 0 && arc.length < arc.size);
+  // Counted from the first wing; without branches, which would be coin tosses.
+  const auto corner_at = [&arc](std::uint32_t i) {
+    const std::uint32_t at = arc.first + i;
+    return arc.corners[at - (arc.size & (0U - static_cast<std::uint32_t>(at >= arc.size)))];
+  };
+  const CornerId first = corner_at(0);
+  const CornerId last = corner_at(arc.length);
   Corner* c = corners_.data();
-  const VertexId wing_first = c[arc.first].neighbour;
-  const VertexId wing_last = c[arc.last].neighbour;
+  const VertexId wing_first = c[first].neighbour;
+  const VertexId wing_last = c[last].neighbour;
   const CornerId a = first_corner(added);
   const CornerId b = a + 4;
-  // The arc's faces change hands: their last corner spells the new vertex now.
-  std::uint32_t taken = 1;
-  for (CornerId corner = arc.first;; ++taken) {
-    c[before(corner)].neighbour = added;
-    if (corner == arc.before_last) break;
-    corner = c[corner].next;
-  }
-  const CornerId beside_first = after(arc.first);  // the wing's corner in the arc's first face: A follows it
-  const CornerId beside_last = after(arc.last);    // the wing's corner in the face after the arc: B follows it
+  // The arc's faces change hands: their last corner spells the new vertex now. Of a short arc the last face is told so
+  // more than once.
+  constexpr std::uint32_t kShort = 4;
+  const auto hand_over = [&](std::uint32_t i) { c[before(corner_at(i))].neighbour = added; };
+  for (std::uint32_t i = 0; i < kShort; ++i) hand_over(i < arc.length ? i : arc.length - 1);
+  for (std::uint32_t i = kShort; i < arc.length; ++i) hand_over(i);
+  const CornerId beside_first = after(first);  // the wing's corner in the arc's first face: A follows it
+  const CornerId beside_last = after(last);    // the wing's corner in the face after the arc: B follows it
   c[a] = {wing_first, b};
   c[a + 1] = {added, c[beside_first].next};
-  c[a + 2] = {root, arc.first};
-  c[b] = {added, arc.last};
+  c[a + 2] = {root, first};
+  c[b] = {added, last};
   c[b + 1] = {wing_last, a + 2};
   c[b + 2] = {root, c[beside_last].next};
   c[beside_first].next = a + 1;
   c[beside_last].next = b + 2;
-  c[arc.before_first].next = a;
-  c[arc.before_last].next = b + 1;
-  fans_[added] = {a + 2, taken + 2};
-  fans_[root] = {a, fans_[root].count - taken + 2};
+  c[corner_at(arc.size - 1)].next = a;
+  c[corner_at(arc.length - 1)].next = b + 1;
+  fans_[added] = {a + 2, arc.length + 2};
+  fans_[root] = {a, arc.size - arc.length + 2};
   if (wing_first != kOutside) ++fans_[wing_first].count;
   if (wing_last != kOutside) ++fans_[wing_last].count;
 }

@@ -188,6 +188,28 @@ inline bool find_places(const SplitInProgress& s, const GridPoint& parent, std::
          (s.split.parent != ParentPosition::free || is_shift(s.split.shift));
 }
 
+// Splits of a cell that have been coded.
+template <class Source>
+Result<void> apply_batch(FanState& state, CellVertices& vertices, std::uint32_t generation,
+                         std::span<const SplitInProgress> batch, Source& source, const CellCoding& coding) {
+  const PlaceLattice& lattice = state.precision.lattice(generation);
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    const SplitInProgress& s = batch[i];
+    const VertexId v = s.split.root;
+    SplitPlaces places;
+    if (!find_places(s, state.vertices[v].place, generation, lattice, coding.grid, places)) {
+      coarsen_roots(state, batch.subspan(i));
+      return off_the_grid(vertices.cell, v);
+    }
+    const VertexId added = vertices.add(state);
+    const SplitUndo undo{v, state.fans.corner(v), state.vertices[v].context, s.split.parent, s.split.shift};
+    const LinkedFans::Arc arc = s.ring.arc(s.split.first, s.split.last);
+    apply_split(state, vertices.cell, generation, s.split, arc, places, {s.root_next, s.added_next}, added);
+    source.made(undo, added);
+  }
+  return {};
+}
+
 // The next split of up to kBatch roots.
 template <class Coder, class Source>
 Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t generation,
@@ -209,26 +231,17 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
     coarsen_roots(state, batch);
     return off_the_grid(vertices.cell, batch.front().split.root);
   }
-  coding.kernels.measure(batch, state.vertices.data(), coding.units.size);
-  for (SplitInProgress& s : batch) source.describe(s);
-  code_splits(coder, coding.model, coding.lattice_units, {generation, coding.last_generation}, batch, coding.kernels);
-  if (!lattice.is_exact()) code_last_low_bits(coder, lattice, batch);
-  for (std::size_t i = 0; i < batch.size(); ++i) {
-    const SplitInProgress& s = batch[i];
-    const VertexId v = s.split.root;
-    SplitPlaces places;
-    if (!find_places(s, state.vertices[v].place, generation, lattice, coding.grid, places)) {
-      coarsen_roots(state, batch.subspan(i));
-      return off_the_grid(vertices.cell, v);
+  const RingPlaces places_now{state.vertices.data(), coding.units.size};
+  if constexpr (!Coder::kDecodes) {
+    for (SplitInProgress& s : batch) {
+      coding.kernels.measure(s.ring, places_now);
+      source.describe(s);
     }
-    const VertexId added = vertices.add(state);
-    const SplitUndo undo{v, state.fans.corner(v), state.vertices[v].context, s.split.parent, s.split.shift};
-    const LinkedFans::Arc arc{s.ring.corner_before(s.split.first), s.ring.corner(s.split.first),
-                              s.ring.corner_before(s.split.last), s.ring.corner(s.split.last)};
-    apply_split(state, vertices.cell, generation, s.split, arc, places, {s.root_next, s.added_next}, added);
-    source.made(undo, added);
   }
-  return {};
+  code_splits(coder, coding.model, coding.lattice_units, {generation, coding.last_generation}, batch, places_now,
+              coding.kernels);
+  if (!lattice.is_exact()) code_last_low_bits(coder, lattice, batch);
+  return apply_batch(state, vertices, generation, batch, source, coding);
 }
 
 }  // namespace detail

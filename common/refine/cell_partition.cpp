@@ -76,10 +76,11 @@ struct Partitioner {
     std::size_t first = 0;
     std::size_t second = left;
     for (const PlacedVertex& v : vertices) {
-      const bool is_left = v.key(axis) < limit;
-      halves[is_left ? first : second] = v;
-      first += is_left ? 1 : 0;
-      second += is_left ? 0 : 1;
+      // Without a branch, which would be a coin toss.
+      const auto is_left = static_cast<std::size_t>(v.key(axis) < limit);
+      halves[second ^ ((first ^ second) & (0 - is_left))] = v;
+      first += is_left;
+      second += 1 - is_left;
     }
     const std::span<PlacedVertex> further = room.subspan(halves.size());
     cut(halves.first(left), further, left_parts);

@@ -30,6 +30,11 @@ struct FanState {
     if (slots.is_alone(v)) note_use(slots.group(v));
     return v;
   }
+  // Asks for the memory of a vertex and its fan.
+  void fetch(VertexId v) const {
+    fetch_line(vertices.data() + v);
+    fans.fetch(v);
+  }
   // Gives back the memory of numbers that have become free.
   void give_back_pages();
   VertexId vertex_end() const {  // beyond all that are in the mesh, perhaps beyond the capacity

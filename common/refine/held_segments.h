@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/asset/asset_layout.h"
+#include "common/support/cache_lines.h"
 
 namespace fanstream {
 
@@ -29,6 +30,8 @@ class HeldSegments {
   std::size_t release(std::uint32_t cell, std::uint32_t keep);
   // Empty if it is not held. Valid until segments of the cell are added or released.
   std::span<const std::byte> bytes(std::uint32_t cell, std::uint32_t segment) const;
+  // Asks for the memory of a cell's bytes.
+  void fetch(std::uint32_t cell) const { fetch_line(bytes_[cell].get()); }
   std::size_t memory_bytes() const;
 
  private:

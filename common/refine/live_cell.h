@@ -39,8 +39,11 @@ struct CellProgress {
   std::uint8_t limit = 0;           // the finest that held segments, target and damage allow
   std::uint8_t reach = 0;           // the finest that held segments and damage allow
   std::uint8_t damaged = 0;         // a generation that cannot be decoded, or 0
-  bool queued = false;              // to be refined
-  bool changed = false;             // and noted as such
+  std::uint8_t goal = 0;            // the generation to get to in this move, or 0
+  bool queued : 1 = false;          // to be refined
+  bool changed : 1 = false;         // and noted as such
+  bool changed_around : 1 = false;  // so are the cells beside it
+  bool blocked : 1 = false;         // cannot get on in this move
 
   std::uint32_t target() const { return kept_target == kAll ? kEverything : kept_target; }
   void set_target(std::uint32_t segments) {

@@ -6,46 +6,125 @@
 
 namespace fanstream {
 
+namespace {
+
+constexpr std::uint32_t kNoCell = std::numeric_limits<std::uint32_t>::max();
+
+}  // namespace
+
 // --- Refining ---
 
-// Puts the roots of the cell's next generation behind coding_.roots, and takes the cells beside it as far as that
-// needs: they lag behind by a generation at least, so this is recursive at most as often as there are generations.
-// Returns false where one does not get on; then the cell waits for it.
-bool ProgressiveMesh::prepare_generation(std::uint32_t cell_number, Work& work) {
-  const std::uint32_t generation = cells_[cell_number].done + 1U;
-  const std::size_t first = coding_.root_count;
-  add_roots(state_, cells_[cell_number].live->vertices, generation, coding_);
-  go_around_roots(state_, coding_, first);
-  for (std::size_t i = first; i < coding_.root_count; ++i) {
-    for (;;) {
-      const VertexId vertex = find_lagging(state_, generation, coding_.roots[i]);
-      if (vertex == kOutside) break;
-      const std::uint32_t lagging = state_.cells[vertex];
-      const std::uint32_t before = cells_[lagging].done;
-      const std::uint32_t reach = meaning_ == TargetMeaning::most ? cells_[lagging].limit : cells_[lagging].reach;
-      if (work.in_step ||
-          !advance(lagging, std::min<std::uint32_t>(reach, state_.vertices[vertex].context.next), work) ||
-          cells_[lagging].done == before) {
-        wait_for(cell_number, lagging);
-        coding_.root_count = first;
-        return false;
-      }
-      go_around_roots(state_, coding_, i);
-    }
-  }
-  return true;
+void ProgressiveMesh::set_goal(std::uint32_t cell_number, std::uint32_t generation) {
+  CellProgress& cell = cells_[cell_number];
+  if (cell.goal == 0) advancing_.push(cell_number, cell.done + 1U);
+  cell.goal = std::max(cell.goal, static_cast<std::uint8_t>(generation));
 }
 
-// Takes a cell to a generation that it can reach. Returns false at damage, or where it has to stop.
-bool ProgressiveMesh::advance(std::uint32_t cell_number, std::uint32_t generation, Work& work) {
-  const CellProgress& cell = cells_[cell_number];
-  while (cell.live && cell.done < generation) {
-    if (work.must_stop()) return false;
-    const std::size_t first_root = coding_.root_count;
-    if (!prepare_generation(cell_number, work)) return true;
-    if (!apply_generation(cell_number, first_root, work)) return false;
-    if (cell.done > cell.limit) excess_.push_back(cell_number);  // taken along: until it turns out what for
+// Takes cells to their goals, or as far as they get: always those that are the coarsest, as many at once as can be, so
+// that many splits are decoded side by side. What lags behind beside them gets goals of its own, which are coarser.
+void ProgressiveMesh::advance(Work& work) {
+  while (!advancing_.empty() && !work.must_stop()) take_step(work);
+  for (; !advancing_.empty(); advancing_.pop()) cells_[advancing_.front()].goal = 0;
+  for (const std::uint32_t c : blocked_) cells_[c].blocked = false;
+  blocked_.clear();
+}
+
+std::uint32_t ProgressiveMesh::most_splits_left(std::uint32_t cell_number) const {
+  const CellVertices& vertices = cells_[cell_number].live->vertices;
+  return vertices.most_new - vertices.made;
+}
+
+// Asks for what the next steps need, stage by stage along the pointers to it: between two generations of a cell all
+// others have theirs, and little of it is left in the caches.
+void ProgressiveMesh::fetch_ahead() const {
+  const std::size_t count = advancing_.empty() ? 0 : advancing_.in_line();
+  const auto for_step = [&](std::size_t ahead, auto&& fetch) {
+    for (std::size_t i = ahead * kMostSteps; i < std::min(count, (ahead + 1) * kMostSteps); ++i) {
+      fetch(advancing_.at(i));
+    }
+  };
+  for_step(2, [&](std::uint32_t c) {
+    fetch_lines(cells_[c].live.get(), sizeof(LiveCell));
+    fetch_line(&index_->cells[c]);
+  });
+  for_step(1, [&](std::uint32_t c) {
+    cells_[c].live->vertices.fetch();
+    fetch_line(cells_[c].live->generations.data());
+    fetch_line(&index_->segments[index_->cells[c].first_segment]);
+    held_.fetch(c);
+  });
+  for_step(0, [&](std::uint32_t c) { cells_[c].live->vertices.fetch_vertices(state_); });
+}
+
+// Of those that are the coarsest and can take their next generation: one, or as many as stay within the budget.
+void ProgressiveMesh::take_step(Work& work) {
+  const std::uint32_t generation = advancing_.generation();
+  steps_.clear();
+  coding_.root_count = 0;
+  std::uint64_t budget = work.split_budget - (work.move.applied + work.move.undone);
+  while (!advancing_.empty() && advancing_.generation() == generation && steps_.size() < kMostSteps) {
+    const std::uint32_t c = advancing_.front();
+    const std::uint32_t splits = most_splits_left(c);
+    if (!steps_.empty() && splits > budget) break;
+    budget -= std::min<std::uint64_t>(budget, splits);
+    advancing_.pop();
+    const std::size_t begin = coding_.root_count;
+    add_roots(state_, cells_[c].live->vertices, generation, coding_);
+    steps_.push_back({c, begin, coding_.root_count});
   }
+  fetch_ahead();
+  go_around_roots(state_, coding_, 0);
+  std::size_t ready = 0;
+  for (const Step& step : steps_) {
+    CellProgress& cell = cells_[step.cell];
+    if (is_ready(step, generation, work)) {
+      steps_[ready++] = step;
+    } else if (cell.blocked) {
+      cell.goal = 0;
+    } else {
+      advancing_.push(step.cell, generation);
+    }
+  }
+  steps_.resize(ready);
+  apply_generation(generation, work);
+  for (const Step& step : steps_) {
+    CellProgress& cell = cells_[step.cell];
+    cell.goal = std::min(cell.goal, cell.reach);
+    if (cell.done < cell.goal) {
+      advancing_.push(step.cell, cell.done + 1U);
+    } else {
+      cell.goal = 0;
+    }
+  }
+}
+
+// Whether nothing around the roots lags behind. What does is asked for; if one does not get on, the cell waits for it.
+bool ProgressiveMesh::is_ready(const Step& step, std::uint32_t generation, const Work& work) {
+  bool ready = true;
+  for (std::size_t i = step.roots_begin; i < step.roots_end; ++i) {
+    if (!lags(state_, generation, coding_.roots[i])) [[likely]]
+      continue;
+    ready = false;
+    std::uint32_t stuck = kNoCell;
+    state_.fans.for_each_neighbour(coding_.roots[i].vertex, [&](VertexId w) {
+      const std::uint32_t next = state_.vertices[w].context.next;
+      if (next < generation && !ask_for(state_.cells[w], next, work)) stuck = state_.cells[w];
+    });
+    if (stuck == kNoCell) continue;
+    wait_for(step.cell, stuck);
+    cells_[step.cell].blocked = true;
+    blocked_.push_back(step.cell);
+    return false;
+  }
+  return ready;
+}
+
+// Returns false if the cell does not get on.
+bool ProgressiveMesh::ask_for(std::uint32_t lagging, std::uint32_t generation, const Work& work) {
+  CellProgress& cell = cells_[lagging];
+  const std::uint32_t reach = meaning_ == TargetMeaning::most ? cell.limit : cell.reach;
+  if (work.in_step || cell.blocked || cell.done >= std::min(reach, generation)) return false;
+  set_goal(lagging, std::min(reach, generation));
   return true;
 }
 
@@ -64,19 +143,30 @@ void ProgressiveMesh::wake_waiting(std::uint32_t cell_number) {
   }
 }
 
-// Cell by cell, each as far as it goes, then its children: while a piece of the surface is refined, it stays in the
-// cache.
-void ProgressiveMesh::refine_in_depth(Work& work) {
+// All cells that can, but no more of them than the budget may allow, as far as they go; then their children.
+void ProgressiveMesh::refine_queued(Work& work) {
   std::vector<std::uint32_t> stack;
+  std::vector<std::uint32_t> together;
   for (;;) {
     stack.insert(stack.end(), queue_.rbegin(), queue_.rend());
     queue_.clear();
     if (stack.empty() || work.must_stop()) break;
-    const std::uint32_t c = stack.back();
-    stack.pop_back();
-    cells_[c].queued = false;
-    advance(c, cells_[c].limit, work);
-    if (work.must_stop()) queue(c);
+    together.clear();
+    std::uint64_t budget = work.split_budget - (work.move.applied + work.move.undone);
+    while (!stack.empty()) {
+      const std::uint32_t c = stack.back();
+      const std::uint64_t splits = can_advance(c) ? most_splits_left(c) : 0;
+      if (!together.empty() && splits > budget) break;
+      budget -= std::min(budget, splits);
+      stack.pop_back();
+      cells_[c].queued = false;
+      if (!can_advance(c)) continue;
+      together.push_back(c);
+      set_goal(c, cells_[c].limit);
+    }
+    advance(work);
+    if (!work.must_stop()) continue;
+    for (const std::uint32_t c : together) queue(c);
   }
   queue_.assign(stack.rbegin(), stack.rend());
 }
@@ -98,9 +188,11 @@ void ProgressiveMesh::refine_evenly(std::uint32_t vertex_limit, Work& work) {
         continue;
       }
       cells_[c].queued = false;
-      const std::size_t first_root = coding_.root_count;
-      if (!can_advance(c) || !prepare_generation(c, work)) continue;
-      if (apply_generation(c, first_root, work)) queue(c);
+      if (!can_advance(c)) continue;
+      const std::uint32_t before = cells_[c].done;
+      set_goal(c, before + 1);
+      advance(work);
+      if (cells_[c].done > before) queue(c);
       distribute();  // all are for the next generation
     }
   }
@@ -120,7 +212,7 @@ Result<std::uint64_t> ProgressiveMesh::refine(std::uint32_t vertex_limit) {
   std::sort(queue_.begin(), queue_.end());
   work.in_step = vertex_limit < head_->vertex_count;
   if (!work.in_step) {
-    refine_in_depth(work);
+    refine_queued(work);
   } else {
     refine_evenly(vertex_limit, work);
   }
@@ -131,18 +223,20 @@ Result<std::uint64_t> ProgressiveMesh::refine(std::uint32_t vertex_limit) {
 
 // --- Coarsening ---
 
-// A vertex beside the root or the new vertex of one of the cell's latest splits that was split or made after them.
-VertexId ProgressiveMesh::find_later(std::uint32_t cell_number) const {
+// A vertex beside the root or the new vertex of one of the cell's latest splits, from split number `from` on, that was
+// split or made after them; moves `from` on to that split.
+VertexId ProgressiveMesh::find_later(std::uint32_t cell_number, std::uint32_t& from) const {
   const LiveCell& cell = *cells_[cell_number].live;
   const std::uint32_t generation = cells_[cell_number].done;
   VertexId later = kOutside;
   const auto look = [&](VertexId w) {
     if (state_.vertices[w].context.touched > generation) later = w;
   };
-  for (std::uint32_t i = cell.generations.back().made_before; i < cell.vertices.made && later == kOutside; ++i) {
-    const VertexId added = cell.vertices.made_at(i);
+  for (; from < cell.vertices.made; ++from) {
+    const VertexId added = cell.vertices.made_at(from);
     state_.fans.for_each_neighbour(added, look);
     state_.fans.for_each_neighbour(kept_undo(state_, added).root, look);
+    if (later != kOutside) break;
   }
   return later;
 }
@@ -162,7 +256,8 @@ bool ProgressiveMesh::undo_generation(std::uint32_t cell_number, Work& work) {
       }
     }
   }
-  for (VertexId w = find_later(cell_number); w != kOutside; w = find_later(cell_number)) {
+  std::uint32_t looked_at = cell.generations.back().made_before;
+  for (VertexId w = find_later(cell_number, looked_at); w != kOutside; w = find_later(cell_number, looked_at)) {
     std::uint32_t later = state_.cells[w];
     const CellEntry& of_later = index_->cells[later];
     if (cells_[later].done == slab_begin(of_later.slab)) later = of_later.parent;  // whose splits its finest are
@@ -182,8 +277,19 @@ bool ProgressiveMesh::undo_generation(std::uint32_t cell_number, Work& work) {
   return true;
 }
 
+// Asks for what undoing the next cells of excess_ needs.
+void ProgressiveMesh::fetch_excess() const {
+  const auto live = [&](std::size_t ahead) {
+    return ahead < excess_.size() ? cells_[excess_[excess_.size() - 1 - ahead]].live.get() : nullptr;
+  };
+  if (const LiveCell* cell = live(6)) fetch_lines(cell, sizeof *cell);
+  if (const LiveCell* cell = live(4)) cell->vertices.fetch();
+  if (const LiveCell* cell = live(2)) cell->vertices.fetch_vertices(state_);
+}
+
 void ProgressiveMesh::coarsen_excess(Work& work) {
   while (!excess_.empty()) {
+    fetch_excess();
     const std::uint32_t c = excess_.back();
     while (cells_[c].live && cells_[c].done > cells_[c].limit) {
       if (work.must_stop() || !undo_generation(c, work)) return;
@@ -212,7 +318,8 @@ bool ProgressiveMesh::is_needed(std::uint32_t cell_number) const {
       if (cells_[child].done > cell.done || is_awaited(child)) return true;
     }
   }
-  return is_awaited(cell_number) || find_later(cell_number) != kOutside;
+  std::uint32_t first = cell.live->generations.back().made_before;
+  return is_awaited(cell_number) || find_later(cell_number, first) != kOutside;
 }
 
 // After a cell has lost a generation: what that lay on belongs to cells beside it now, or to those they come from.
@@ -232,6 +339,7 @@ void ProgressiveMesh::note_less_needed(std::uint32_t cell_number) {
 // Generation by generation, as far as nothing that stays was applied on top of it.
 void ProgressiveMesh::coarsen_unneeded(Work& work) {
   while (!excess_.empty()) {
+    fetch_excess();
     const std::uint32_t c = excess_.back();
     const CellProgress& cell = cells_[c];
     if (!cell.live || cell.done <= cell.limit || is_needed(c)) {
@@ -283,9 +391,9 @@ MeshMove ProgressiveMesh::move_to(std::span<const CellTarget> targets, std::uint
   work.split_budget = split_budget;
   if (meaning_ == TargetMeaning::most) {
     coarsen_excess(work);
-    if (excess_.empty()) refine_in_depth(work);
+    if (excess_.empty()) refine_queued(work);
   } else {
-    refine_in_depth(work);
+    refine_queued(work);
     coarsen_unneeded(work);
   }
   state_.give_back_pages();

@@ -59,7 +59,8 @@ void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std
 
 void ProgressiveMesh::find_neighbours(std::uint32_t cell_number) {
   LiveCell& cell = *cells_[cell_number].live;
-  std::vector<std::uint32_t> found;
+  std::vector<std::uint32_t>& found = found_;
+  found.clear();
   std::uint32_t latest = cell_number;
   for (std::uint32_t i = 0; i < cell.vertices.count(); ++i) {
     state_.fans.for_each_neighbour(cell.vertices.at(i), [&](VertexId w) {
@@ -78,6 +79,7 @@ void ProgressiveMesh::find_neighbours(std::uint32_t cell_number) {
 void ProgressiveMesh::hand_over_neighbours(std::uint32_t parent) {
   const CellEntry& entry = index_->cells[parent];
   const std::uint32_t end = entry.first_child + entry.child_count;
+  note_neighbours_changed(parent);
   for (const std::uint32_t n : cells_[parent].live->neighbours)
     cells_[n].live->neighbours.erase_if([parent](std::uint32_t c) { return c == parent; });
   cells_[parent].live->neighbours = {};
@@ -235,37 +237,32 @@ std::size_t ProgressiveMesh::release_segments(std::uint32_t cell_number, std::ui
 
 // --- One generation of a cell ---
 
-namespace {
-
-// The source of a decoder, which notes what undoing needs.
-struct NotedSplits {
-  FanState& state;
-
-  void describe(SplitInProgress& /*split*/) const {}
-  void made(const SplitUndo& split, VertexId added) const { keep_undo(state, split, added); }
-};
-
-}  // namespace
-
-// Decodes a generation's splits, whose roots are those from `first_root` on, and looks whether they end where the
-// segment and the cell do.
-Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::uint32_t generation,
-                                                std::size_t first_root) {
-  LiveCell& cell = *cells_[cell_number].live;
-  const CellEntry& entry = index_->cells[cell_number];
-  if (coding_.root_count == first_root && entry.split_count == 0) return {};
+CellToDecode ProgressiveMesh::start_decoding(const Step& step, std::uint32_t generation) {
+  LiveCell& cell = *cells_[step.cell].live;
+  const CellEntry& entry = index_->cells[step.cell];
   const std::uint32_t layer = layer_of(generation);
   const std::uint32_t segment = layer - head_->layer_begin(entry.slab);
-  const std::span<const std::byte> bytes = held_.bytes(cell_number, segment);
+  const std::span<const std::byte> bytes = held_.bytes(step.cell, segment);
   const bool begins = generation == head_->first_generation(layer);
   const bool ends = index_->is_last_coded(entry, segment);
-  RansDecoder decoder({cell.decoder.state, begins ? 0 : cell.decoder.position, cell.decoder.begun},
-                      begins ? bytes.first(0) : bytes, ends);
-  if (begins) decoder.append(bytes, ends);
-  NotedSplits source{state_};
-  if (Result<void> done = code_generation(state_, cell.vertices, generation, decoder, source, coding_, first_root);
-      !done)
-    return done;
+  CellToDecode result;
+  result.vertices = &cell.vertices;
+  result.decoder = RansDecoder({cell.decoder.state, begins ? 0 : cell.decoder.position, cell.decoder.begun},
+                               begins ? bytes.first(0) : bytes, ends);
+  if (begins) result.decoder.append(bytes, ends);
+  result.roots_begin = step.roots_begin;
+  result.roots_end = step.roots_end;
+  cell.vertices.make_room(state_, static_cast<std::uint32_t>(step.roots_end - step.roots_begin));
+  return result;
+}
+
+// Whether a generation's splits end where the segment and the cell do.
+Result<void> ProgressiveMesh::end_decoding(std::uint32_t cell_number, std::uint32_t generation,
+                                           const RansDecoder& decoder) {
+  LiveCell& cell = *cells_[cell_number].live;
+  const CellEntry& entry = index_->cells[cell_number];
+  if (entry.split_count == 0) return {};
+  const std::uint32_t layer = layer_of(generation);
   const bool slab_ends = generation == slab_end(entry.slab);
   const bool unfinished =
       generation == head_->layer_ends[layer] && !(slab_ends ? decoder.finished_cleanly() : decoder.used_up());
@@ -274,7 +271,8 @@ Result<void> ProgressiveMesh::decode_generation(std::uint32_t cell_number, std::
     cell.decoder = decoder.mark();
     return {};
   }
-  return fail(ErrorKind::bad_input, "cell " + std::to_string(cell_number) + " segment " + std::to_string(segment) +
+  return fail(ErrorKind::bad_input, "cell " + std::to_string(cell_number) + " segment " +
+                                        std::to_string(layer - head_->layer_begin(entry.slab)) +
                                         ": its splits do not fill the segment");
 }
 
@@ -291,32 +289,49 @@ Result<void> ProgressiveMesh::check_end(std::uint32_t cell_number) const {
   return {};
 }
 
-// Returns false, with the mesh as it was, if the generation cannot be decoded.
-bool ProgressiveMesh::apply_generation(std::uint32_t cell_number, std::size_t first_root, Work& work) {
+// Of the cells of steps_.
+void ProgressiveMesh::apply_generation(std::uint32_t generation, Work& work) {
+  decoding_.clear();
+  for (const Step& step : steps_) decoding_.push_back(start_decoding(step, generation));
+  std::array<LiveCell::Generation, kMostSteps> before;
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    const LiveCell& cell = *cells_[steps_[i].cell].live;
+    before[i] = {cell.vertices.made, cell.decoder};
+  }
+  decode_generation(state_, generation, decoding_, coding_);
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    Result<void> decoded = std::move(decoding_[i].result);
+    if (decoded) decoded = end_decoding(steps_[i].cell, generation, decoding_[i].decoder);
+    finish_generation(steps_[i].cell, before[i], std::move(decoded), work);
+  }
+}
+
+// If the generation could not be decoded, the cell is as it was before.
+void ProgressiveMesh::finish_generation(std::uint32_t cell_number, const LiveCell::Generation& before,
+                                        Result<void> decoded, Work& work) {
   CellProgress& progress = cells_[cell_number];
   LiveCell& cell = *progress.live;
   const std::uint32_t generation = progress.done + 1U;
-  const std::uint32_t before = cell.vertices.made;
-  const LiveCell::Generation undo{before, cell.decoder};
-  Result<void> decoded = decode_generation(cell_number, generation, first_root);
-  if (decoded && generation == slab_end(index_->cells[cell_number].slab)) decoded = check_end(cell_number);
-  const std::uint32_t made = cell.vertices.made - before;
+  const std::uint32_t end = slab_end(index_->cells[cell_number].slab);
+  if (decoded && generation == end) decoded = check_end(cell_number);
+  const std::uint32_t made = cell.vertices.made - before.made_before;
   vertex_count_ += made;
   if (!decoded) {
-    roll_back(cell_number, before, generation);
-    cell.decoder = undo.decoder_before;
+    roll_back(cell_number, before.made_before, generation);
+    cell.decoder = before.decoder_before;
     progress.damaged = static_cast<std::uint8_t>(generation);
     update_limit(cell_number);
     work.move.damage.push_back({cell_number, segment_of(cell_number, generation), decoded.error()});
-    return false;
+    return;
   }
   work.move.applied += made;
-  cell.generations.push_back(undo);
+  if (cell.generations.empty()) cell.generations.reserve(end - progress.done);
+  cell.generations.push_back(before);
   progress.done = static_cast<std::uint8_t>(generation);
+  if (progress.done > progress.limit) excess_.push_back(cell_number);  // taken along: until it turns out what for
   note_change_around(cell_number);
   wake_waiting(cell_number);
-  if (generation == slab_end(index_->cells[cell_number].slab)) complete_cell(cell_number);
-  return true;
+  if (generation == end) complete_cell(cell_number);
 }
 
 void ProgressiveMesh::roll_back(std::uint32_t cell_number, std::uint32_t target, std::uint32_t generation) {
@@ -339,13 +354,23 @@ void ProgressiveMesh::note_change(std::uint32_t cell_number) {
   changed_.push_back(cell_number);
 }
 
-// Faces on the border are beside both cells.
+// Faces on the border are beside both cells. Who is beside the cell is found out when it is asked for, or when it gets
+// children; cells that have come to be there since then have changed themselves.
 void ProgressiveMesh::note_change_around(std::uint32_t cell_number) {
   note_change(cell_number);
-  for (const std::uint32_t n : cells_[cell_number].live->neighbours) note_change(n);
+  cells_[cell_number].changed_around = watched();
+}
+
+void ProgressiveMesh::note_neighbours_changed(std::uint32_t cell_number) {
+  CellProgress& cell = cells_[cell_number];
+  const bool noted = cell.changed_around;
+  cell.changed_around = false;
+  if (!noted || !cell.live) return;
+  for (const std::uint32_t n : cell.live->neighbours) note_change(n);
 }
 
 std::vector<std::uint32_t> ProgressiveMesh::take_changed_cells() {
+  for (std::size_t i = changed_.size(); i-- > 0;) note_neighbours_changed(changed_[i]);
   for (const std::uint32_t c : changed_) cells_[c].changed = false;
   return std::exchange(changed_, {});
 }
@@ -431,7 +456,8 @@ std::size_t ProgressiveMesh::memory_bytes() const {
   const auto array = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
   std::size_t bytes = sizeof(*this) + state_.memory_bytes() + held_.memory_bytes() + array(cells_) + array(queue_) +
                       array(excess_) + array(changed_) + array(polygons_) + array(scratch_.points) +
-                      array(scratch_.normals);
+                      array(scratch_.normals) + advancing_.memory_bytes() + array(blocked_) + array(steps_) +
+                      array(decoding_) + array(found_);
   for (const CellProgress& cell : cells_) {
     if (cell.live) bytes += cell.live->memory_bytes();
   }

@@ -11,7 +11,8 @@
 
 #include "common/asset/asset_layout.h"
 #include "common/refine/cell_bounds.h"
-#include "common/refine/cell_coder.h"
+#include "common/refine/cells_decoder.h"
+#include "common/refine/generation_queue.h"
 #include "common/refine/held_segments.h"
 #include "common/refine/live_cell.h"
 
@@ -161,7 +162,14 @@ class ProgressiveMesh {
   std::vector<std::uint32_t> take_changed_cells();
 
  private:
+  static constexpr std::size_t kMostSteps = 16;
   struct Work;  // what a call has done and may still do
+  // A cell takes its next generation: the roots of it in coding_.roots.
+  struct Step {
+    std::uint32_t cell = 0;
+    std::size_t roots_begin = 0;
+    std::size_t roots_end = 0;
+  };
 
   Result<void> keep_polygons(std::span<const std::byte> bytes);
   void start_cells(std::span<const VertexId> parent_vertices, std::uint32_t first, std::uint32_t count,
@@ -175,23 +183,32 @@ class ProgressiveMesh {
   bool watched() const { return pages_ == PageKind::small; }  // whether what a planner looks at is kept
   void note_change(std::uint32_t cell);
   void note_change_around(std::uint32_t cell);
+  void note_neighbours_changed(std::uint32_t cell);
 
   void refine_evenly(std::uint32_t vertex_limit, Work& work);
-  void refine_in_depth(Work& work);
-  bool advance(std::uint32_t cell, std::uint32_t generation, Work& work);
-  bool prepare_generation(std::uint32_t cell, Work& work);
+  void refine_queued(Work& work);
+  void advance(Work& work);
+  void set_goal(std::uint32_t cell, std::uint32_t generation);
+  void take_step(Work& work);
+  void fetch_ahead() const;
+  bool is_ready(const Step& step, std::uint32_t generation, const Work& work);
+  bool ask_for(std::uint32_t lagging, std::uint32_t generation, const Work& work);
+  std::uint32_t most_splits_left(std::uint32_t cell) const;
   void wait_for(std::uint32_t cell, std::uint32_t lagging);
   void wake_waiting(std::uint32_t cell);
   bool can_advance(std::uint32_t cell) const;
-  VertexId find_later(std::uint32_t cell) const;
+  VertexId find_later(std::uint32_t cell, std::uint32_t& from) const;
   void find_neighbours(std::uint32_t cell);
   void hand_over_neighbours(std::uint32_t parent);
   void take_back_neighbours(std::uint32_t parent);
-  bool apply_generation(std::uint32_t cell, std::size_t first_root, Work& work);
-  Result<void> decode_generation(std::uint32_t cell, std::uint32_t generation, std::size_t first_root);
+  void apply_generation(std::uint32_t generation, Work& work);
+  CellToDecode start_decoding(const Step& step, std::uint32_t generation);
+  Result<void> end_decoding(std::uint32_t cell, std::uint32_t generation, const RansDecoder& decoder);
+  void finish_generation(std::uint32_t cell, const LiveCell::Generation& before, Result<void> decoded, Work& work);
   Result<void> check_end(std::uint32_t cell) const;
   void complete_cell(std::uint32_t cell);
 
+  void fetch_excess() const;
   void coarsen_excess(Work& work);
   void coarsen_unneeded(Work& work);
   bool is_needed(std::uint32_t cell) const;
@@ -214,6 +231,12 @@ class ProgressiveMesh {
   std::vector<std::uint32_t> queue_;   // cells that may be able to take another generation
   std::vector<std::uint32_t> excess_;  // cells that may be finer than they should be
   std::vector<std::uint32_t> changed_;
+  // In use while cells advance.
+  GenerationQueue advancing_;  // cells with goals
+  std::vector<std::uint32_t> blocked_;
+  std::vector<Step> steps_;
+  std::vector<CellToDecode> decoding_;
+  std::vector<std::uint32_t> found_;
   mutable BoundsScratch scratch_;
   std::uint32_t vertex_count_ = 0;
   PageKind pages_;

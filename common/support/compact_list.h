@@ -57,6 +57,9 @@ class CompactList {
     assert(!empty());
     --block_->size;
   }
+  void reserve(std::size_t count) {
+    if (count > capacity()) grow(count);
+  }
   // New elements are zero bytes.
   void resize(std::size_t count) {
     const std::uint32_t before = size();

@@ -12,13 +12,18 @@
 namespace fanstream {
 
 // How the system is to back an array: `huge` asks for huge pages, which makes first use faster but whole; with `small`
-// memory is taken and given back by the page.
+// memory is taken and given back by the page. Of an array with much in use (ZeroPages::kSmallBytes) what is used from
+// then on is taken by the huge page, and given back by the small one still.
 enum class PageKind : std::uint8_t { huge, small };
 
 // Memory that reads as zero until it is written; what has not been written takes no memory where the system maps pages
 // lazily (Linux; elsewhere all of it does). Not thread safe. Ends the program if there is no address space left.
 class ZeroPages {
  public:
+  static constexpr std::size_t kHugePageBytes = std::size_t{1} << 21U;
+  // Of small pages at least so much is in use before huge ones are taken: what these waste is a fraction of it.
+  static constexpr std::size_t kSmallBytes = 2 * kHugePageBytes;
+
   ZeroPages() = default;
   ZeroPages(std::size_t size_bytes, PageKind kind);
   ~ZeroPages();
@@ -37,18 +42,24 @@ class ZeroPages {
   void note_use(std::size_t begin, std::size_t end);
   // Gives back the pages that lie in [begin, end) as a whole; they read as zero again. Does nothing to huge pages.
   void discard(std::size_t begin, std::size_t end);
-  // Of the pages in use: noted and not given back. Of huge pages, all.
+  // Of the pages in use: noted and not given back, and what huge ones among them have beyond. With PageKind::huge, all.
   std::size_t resident_bytes() const;
 
  private:
   void swap(ZeroPages& other) noexcept;
+  void note_page(std::size_t page);
+  void give_back_rest(std::size_t region);
+  std::size_t used_pages(std::size_t region) const;
 
   void* block_ = nullptr;  // as allocated
+  std::size_t block_bytes_ = 0;
   std::byte* data_ = nullptr;
   std::size_t size_bytes_ = 0;
   PageKind kind_ = PageKind::huge;
-  std::size_t pages_in_use_ = 0;
-  std::vector<bool> in_use_;  // by page; of small pages only
+  // Of PageKind::small only.
+  std::size_t resident_pages_ = 0;
+  std::vector<bool> in_use_;  // by page
+  std::vector<bool> huge_;    // by region of kHugePageBytes that lies in the array as a whole: backed by a huge page
 };
 
 // An array over them that only grows. Elements not yet written are all zero bytes. Thread safety: like a standard

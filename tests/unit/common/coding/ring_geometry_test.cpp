@@ -71,7 +71,7 @@ TEST(RingGeometry, TheRingStartsWhereTheFanDoes) {
       ASSERT_EQ(geometry.id(i) == kOutside, i == geometry.gap());
       ASSERT_EQ(corners[geometry.corner(i)].neighbour, geometry.id(i));
       ASSERT_EQ(corners[geometry.corner(i)].next, geometry.corner((i + 1) % size));
-      ASSERT_EQ(corners[geometry.corner_before(i)].next, geometry.corner(i));
+      ASSERT_EQ(corners[geometry.corner((i + geometry.size() - 1) % geometry.size())].next, geometry.corner(i));
       ASSERT_EQ(geometry.wrap(i + size), i);
       for (std::uint32_t k = 0; k < size; ++k) ASSERT_EQ(geometry.steps(i, k), (k + size - i) % size);
     }

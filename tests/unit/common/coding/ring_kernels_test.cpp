@@ -34,7 +34,7 @@ Prediction random_prediction(SeededRandom& random) {
   p.mean = Float4{coordinate(), coordinate(), coordinate(), 0.0F};
   p.direction = random.one_in(8) ? Float4{} : p.mean;
   p.normal = unit_vector(random);
-  p.variances = {variance(), variance(), variance(), 0.0F};
+  p.variances = Float4{variance(), variance(), variance(), 0.0F};
   return p;
 }
 
@@ -53,8 +53,8 @@ std::vector<std::uint32_t> image(const RingKernels& kernels, const RandomRing& r
   std::vector<SplitInProgress> splits(1 + random.below(16));
   for (SplitInProgress& s : splits) s.ring.load(ring.fans, 0);
   const CodingTime time{1 + random.below(40), 40};
-  kernels.measure(splits, ring.vertices.data(), Float4{1.0F, 2.5F, 1.0F, 0.0F});
   for (SplitInProgress& s : splits) {
+    kernels.measure(s.ring, {ring.vertices.data(), Float4{1.0F, 2.5F, 1.0F, 0.0F}});
     const RingGeometry& r = s.ring;
     bits.push_back(r.gap());
     add_bits(bits, r.normal());
@@ -66,10 +66,15 @@ std::vector<std::uint32_t> image(const RingKernels& kernels, const RandomRing& r
     s.rank = s.opening == Opening::wing ? random.below(2) : random.below(r.size());
     s.split.parent = static_cast<ParentPosition>(random.below(4));
   }
-  kernels.cut(splits, time);
-  AxisChains chains;
   const SplitModel model;
-  kernels.predict(splits, model.phase(1), AxisUnits(glm::vec3(1.0F, 2.5F, 1.0F)), chains);
+  std::vector<Prediction> predictions;
+  for (SplitInProgress& s : splits) {
+    kernels.find_wings(s);
+    kernels.find_free(s, time);
+    predictions.push_back(kernels.predict(model.phase(1), s));
+  }
+  AxisChains chains;
+  kernels.chain(predictions, AxisUnits(glm::vec3(1.0F, 2.5F, 1.0F)), chains);
   std::array<std::int32_t, AxisChains::kMost> values{};
   for (std::size_t place = 0; place < 3; ++place) {
     ResidualChoices choices;
@@ -78,6 +83,8 @@ std::vector<std::uint32_t> image(const RingKernels& kernels, const RandomRing& r
       add_bits(bits, choices[i]);
       values[i] = random.between(-500, 500);
     }
+    kernels.to_values(choices, std::span(values).first(splits.size()));
+    for (std::size_t i = 0; i < splits.size(); ++i) add_bits(bits, values[i]);
     if (place < 2) kernels.learn(chains, place, std::span(values).first(splits.size()));
   }
   for (std::size_t i = 0; i < splits.size(); ++i) {
@@ -163,14 +170,20 @@ TEST(RingKernels, ResidualsAreChosenAsOneByOne) {
     for (const RingKernels* kernels : all_kernels()) {
       ResidualChoices choices;
       kernels->choose(chains, 1, AxisChains::kMost, choices);
+      std::array<std::int32_t, AxisChains::kMost> values{};
+      std::array<std::int32_t, AxisChains::kMost> distances{};
       for (std::size_t i = 0; i < AxisChains::kMost; ++i) {
         const ResidualChoice expected = ResidualTables::choose(chains.expected[1][i], chains.variance[1][i]);
         const ResidualChoice found = choices[i];
-        ASSERT_EQ(found.base, expected.base) << kernels->name << " " << chains.expected[1][i];
+        ASSERT_EQ(found.zero, expected.zero) << kernels->name << " " << chains.expected[1][i];
         ASSERT_EQ(found.mirror, expected.mirror) << kernels->name << " " << chains.expected[1][i];
         ASSERT_EQ(found.table, expected.table) << kernels->name << " " << chains.variance[1][i];
         ASSERT_EQ(found.raw_bits, expected.raw_bits) << kernels->name << " " << chains.variance[1][i];
+        values[i] = random.between(-1 << 28, 1 << 28);
+        distances[i] = expected.distance_of(values[i]);
       }
+      kernels->to_values(choices, distances);
+      ASSERT_EQ(distances, values) << kernels->name;
     }
   }
 }
@@ -180,7 +193,7 @@ TEST(RingKernels, TheAxisAlongTheNormalIsCodedLast) {
     Prediction prediction{};
     prediction.direction = Float4{1.0F, 0.0F, 0.0F, 0.0F};
     prediction.normal = Float4{0.0F, 0.0F, 1.0F, 0.0F};
-    prediction.variances = {9.0F, 4.0F, 0.25F};
+    prediction.variances = Float4{9.0F, 4.0F, 0.25F, 0.0F};
     const AxisUnits units(glm::vec3(1.0F));
     AxisChains chains;
     const auto last_with = [&](Float4 normal) {
@@ -234,8 +247,8 @@ TEST(RingKernels, ChainsStandForTheCovariances) {
     for (Prediction& p : predictions) {
       p = random_prediction(random);
       p.direction = float4(3.0F) * unit_vector(random);
-      p.variances = {2.0F + static_cast<float>(random.unit()), 1.0F + static_cast<float>(random.unit()),
-                     0.3F + static_cast<float>(random.unit())};
+      p.variances = Float4{2.0F + static_cast<float>(random.unit()), 1.0F + static_cast<float>(random.unit()),
+                           0.3F + static_cast<float>(random.unit()), 0.0F};
     }
     const glm::dvec3 unit(0.5 + random.unit(), 0.5 + random.unit(), 0.5 + random.unit());
     for (const RingKernels* kernels : all_kernels()) {

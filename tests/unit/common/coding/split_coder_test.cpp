@@ -262,6 +262,47 @@ TEST(SplitCoder, BatchesOfAnySizeCodeTheSameSymbols) {
 }
 
 // What a batch held before must not show: they are used again and again.
+TEST(SplitCoder, SplitsOfSeveralStreamsComeBackSideBySide) {
+  std::vector<const RingKernels*> all_kernels{&RingKernels::portable()};
+  if (RingKernels::avx2() != nullptr) all_kernels.push_back(RingKernels::avx2());
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    SplitStatistics statistics = SplitStatistics::built_in();
+    if (random.one_in(2)) statistics.allow_free_parents();
+    const SplitModel model(statistics);
+    const Surroundings around(random);
+    const glm::vec3 unit(1.0F);
+    const int reach = random.one_in(4) ? 20'000 : 30;  // far ones escape
+    std::vector<CodedCase> cases =
+        random_cases(random, around, 1 + static_cast<int>(random.below(AxisChains::kMost)), reach, reach);
+    if (statistics.has_free_parents) {
+      for (CodedCase& c : cases) c.split.parent = random.one_in(3) ? ParentPosition::free : c.split.parent;
+    }
+    std::vector<SplitInProgress> given = in_progress(cases, unit, around, true);
+    std::vector<std::size_t> sizes;
+    std::vector<ExactBytes> streams;
+    for (std::size_t begin = 0; begin < cases.size(); begin += sizes.back()) {
+      sizes.push_back(1 + random.below(std::min<std::size_t>(cases.size() - begin, 5)));
+      RansEncoder encoder;
+      code_splits(encoder, model, AxisUnits(unit), around.time, std::span(given).subspan(begin, sizes.back()));
+      streams.emplace_back(encoder.finish());
+    }
+    for (const RingKernels* kernels : all_kernels) {
+      std::vector<RansDecoder> decoders(streams.size());
+      std::vector<DecoderRun> runs;
+      for (std::size_t i = 0; i < streams.size(); ++i) {
+        decoders[i] = RansDecoder(streams[i].view());
+        runs.push_back({&decoders[i], sizes[i]});
+      }
+      std::vector<SplitInProgress> found = in_progress(cases, unit, around, false);
+      decode_splits(runs, model, AxisUnits(unit), around.time, found, {}, *kernels);
+      expect_splits(found, cases);
+      for (const RansDecoder& decoder : decoders) ASSERT_TRUE(decoder.finished_cleanly()) << kernels->name;
+    }
+  }
+}
+
 TEST(SplitCoder, ABatchCanBeUsedAgain) {
   const SplitModel model;
   const glm::vec3 unit(1.0F);

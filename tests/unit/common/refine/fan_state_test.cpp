@@ -82,8 +82,7 @@ Applied apply(FanState& state, const FanSplit& split, NextSplits next, VertexId 
                         {root, state.fans.corner(root), state.vertices[root].context, split.parent, split.shift}};
   RingGeometry ring;
   ring.load(state.fans, root);
-  const LinkedFans::Arc arc{ring.corner_before(split.first), ring.corner(split.first), ring.corner_before(split.last),
-                            ring.corner(split.last)};
+  const LinkedFans::Arc arc = ring.arc(split.first, split.last);
   const SplitPlaces places =
       places_after_split(state.vertices[root].place, split.parent, split.displacement, generation, split.shift);
   apply_split(state, state.cells[root], generation, split, arc, places, next, added);

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 
 #include "tests/support/mesh_generators.h"
 #include "tests/support/progressive_checks.h"
+#include "tests/support/seeded_random.h"
 
 namespace fanstream {
 namespace {
@@ -188,6 +190,53 @@ TEST(ProgressiveMesh, SegmentsAreReleasedUnlessTheyAreApplied) {
   }
   ASSERT_TRUE(mesh->refine());
   EXPECT_TRUE(mesh->is_complete());
+}
+
+// With a budget of one split, cells take their generations alone. Some segments are noise: the same turn out to be
+// damaged, and they keep nobody else from going on.
+TEST(ProgressiveMesh, CellsSideBySideBecomeWhatTheyDoOneByOne) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    testing::SeededRandom random(seed);
+    const MeshMemory memory = seed % 2 == 0 ? MeshMemory::live_part : MeshMemory::whole_model;
+    const auto together = std::make_unique<ProgressiveMesh>(sphere().head, memory);
+    const auto alone = std::make_unique<ProgressiveMesh>(sphere().head, memory);
+    for (ProgressiveMesh* mesh : {together.get(), alone.get()}) mesh->set_index(sphere().index);
+    std::size_t bad = 0;
+    for (const auto& [cell, segment] : sphere().segments()) {
+      const std::span<const std::byte> good = sphere().segment(cell, segment);
+      std::vector<std::byte> bytes(good.begin(), good.end());
+      if (seed > 3 && random.one_in(50)) {
+        for (std::byte& b : bytes) b = static_cast<std::byte>(random.below(256));
+        ++bad;
+      }
+      for (ProgressiveMesh* mesh : {together.get(), alone.get()}) {
+        ASSERT_TRUE(mesh->add_segment(cell, segment, bytes));
+      }
+    }
+    using Damage = std::pair<std::pair<std::uint32_t, std::uint32_t>, std::string>;
+    std::array<std::vector<Damage>, 2> damage;
+    std::array<std::uint64_t, 2> applied{};
+    for (std::size_t m = 0; m < 2; ++m) {
+      ProgressiveMesh& mesh = m == 0 ? *together : *alone;
+      for (bool finished = false; !finished;) {
+        const MeshMove move = mesh.move_to({}, m == 0 ? ProgressiveMesh::kNoBudget : 1);
+        for (const auto& d : move.damage) damage[m].push_back({{d.cell, d.segment}, d.error.message});
+        applied[m] += move.applied;
+        finished = move.finished;
+      }
+      std::sort(damage[m].begin(), damage[m].end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    }
+    EXPECT_EQ(applied[0], applied[1]);
+    EXPECT_EQ(damage[0].size(), damage[1].size());
+    EXPECT_LE(damage[0].size(), bad);
+    for (std::size_t i = 0; i < std::min(damage[0].size(), damage[1].size()); ++i) {
+      EXPECT_EQ(damage[0][i].first, damage[1][i].first);
+      if (memory == MeshMemory::whole_model) EXPECT_EQ(damage[0][i].second, damage[1][i].second);
+    }
+    EXPECT_TRUE(testing::image_of(*together) == testing::image_of(*alone));
+    EXPECT_EQ(together->is_complete(), damage[0].empty());
+  }
 }
 
 // --- Cell tables that promise less than the vertices tell ---

@@ -79,6 +79,54 @@ TEST(PagedArray, TakesMemoryForTheSmallPagesInUseAlone) {
     EXPECT_EQ(array.resident_bytes(), 0U);
   }
 }
+
+// Where there are huge pages, as long as anything of them is in use without a page of it given back; else small ones.
+TEST(PagedArray, TakesMoreMemoryThanIsInUseOfLargeArraysAlone) {
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  constexpr std::size_t kHuge = ZeroPages::kHugePageBytes;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    testing::SeededRandom random(seed);
+    PagedArray<std::uint64_t> array;
+    array.grow((5 * kHuge + random.below(kHuge)) / 8, PageKind::small);
+    std::vector<bool> used((array.size() * 8 + page - 1) / page);
+    const auto pages_of = [&](bool in_use) {
+      return static_cast<std::size_t>(std::count(used.begin(), used.end(), in_use));
+    };
+    const auto use = [&](std::size_t p) {
+      const std::size_t first = p * page / 8;
+      const std::size_t last = std::min(array.size(), first + page / 8);
+      array.note_use(first, last);
+      for (std::size_t i = first; i < last; ++i) array[i] = i + 1;
+      used[p] = true;
+    };
+    const auto check = [&] {
+      const std::size_t present = pages_present(array.data(), array.size() * 8);
+      ASSERT_GE(present, pages_of(true));
+      ASSERT_LE(present * page, array.resident_bytes());
+      ASSERT_LE(array.resident_bytes(), std::max(pages_of(true) * page, ZeroPages::kSmallBytes + 4 * kHuge));
+      for (std::size_t p = 0; p < used.size(); ++p) {
+        if (used[p]) ASSERT_EQ(array[p * page / 8], p * page / 8 + 1) << "page " << p;
+      }
+    };
+    for (std::size_t p = 0; p * page < ZeroPages::kSmallBytes; ++p) use(p);
+    ASSERT_EQ(array.resident_bytes(), ZeroPages::kSmallBytes) << "small pages so far";
+    for (std::size_t p = ZeroPages::kSmallBytes / page; p < used.size(); p += 1 + random.below(300)) use(p);
+    check();
+    for (int step = 0; step < 40; ++step) {
+      const std::size_t first = random.below(used.size());
+      const std::size_t last = std::min(used.size(), first + 1 + random.below(400));
+      array.discard(first * page / 8, std::min(array.size(), last * page / 8));
+      std::fill(used.begin() + static_cast<std::ptrdiff_t>(first), used.begin() + static_cast<std::ptrdiff_t>(last),
+                false);
+      for (std::uint32_t n = random.below(4); n > 0; --n) use(random.below(used.size()));
+      check();
+    }
+    array.discard(0, array.size());
+    EXPECT_EQ(array.resident_bytes(), 0U);
+    EXPECT_EQ(pages_present(array.data(), array.size() * 8), 0U);
+  }
+}
 #endif
 
 TEST(PagedArray, HugePagesAreKept) {

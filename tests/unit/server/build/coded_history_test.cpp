@@ -49,8 +49,7 @@ class Replay {
       source_.describe(s);
       ASSERT_EQ(s.root_next, next_split(merge.root, m)) << "merge " << m;
       ASSERT_EQ(s.added_next, next_split(merge.removed, m)) << "merge " << m;
-      const LinkedFans::Arc arc{s.ring.corner_before(s.split.first), s.ring.corner(s.split.first),
-                                s.ring.corner_before(s.split.last), s.ring.corner(s.split.last)};
+      const LinkedFans::Arc arc = s.ring.arc(s.split.first, s.split.last);
       const SplitPlaces places =
           places_after_split(state_.vertices[root].place, s.split.parent, s.split.displacement, generation);
       const SplitUndo undo{root, state_.fans.corner(root), state_.vertices[root].context, s.split.parent};
