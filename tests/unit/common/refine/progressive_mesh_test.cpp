@@ -232,7 +232,9 @@ TEST(ProgressiveMesh, CellsSideBySideBecomeWhatTheyDoOneByOne) {
     EXPECT_LE(damage[0].size(), bad);
     for (std::size_t i = 0; i < std::min(damage[0].size(), damage[1].size()); ++i) {
       EXPECT_EQ(damage[0][i].first, damage[1][i].first);
-      if (memory == MeshMemory::whole_model) EXPECT_EQ(damage[0][i].second, damage[1][i].second);
+      if (memory == MeshMemory::whole_model) {
+        EXPECT_EQ(damage[0][i].second, damage[1][i].second);
+      }
     }
     EXPECT_TRUE(testing::image_of(*together) == testing::image_of(*alone));
     EXPECT_EQ(together->is_complete(), damage[0].empty());
