@@ -193,8 +193,9 @@ TEST(ProgressiveMesh, SegmentsAreReleasedUnlessTheyAreApplied) {
 }
 
 // With a budget of one split, cells take their generations alone. Some segments are noise: the same turn out to be
-// damaged, and they keep nobody else from going on.
+// damaged, with what is around those that pass for good, and they keep nobody else from going on.
 TEST(ProgressiveMesh, CellsSideBySideBecomeWhatTheyDoOneByOne) {
+  std::size_t found = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     testing::SeededRandom random(seed);
@@ -229,14 +230,18 @@ TEST(ProgressiveMesh, CellsSideBySideBecomeWhatTheyDoOneByOne) {
     }
     EXPECT_EQ(applied[0], applied[1]);
     EXPECT_EQ(damage[0].size(), damage[1].size());
-    EXPECT_LE(damage[0].size(), bad);
+    EXPECT_TRUE(bad > 0 || damage[0].empty());
+    found += damage[0].size();
     for (std::size_t i = 0; i < std::min(damage[0].size(), damage[1].size()); ++i) {
       EXPECT_EQ(damage[0][i].first, damage[1][i].first);
-      if (memory == MeshMemory::whole_model) EXPECT_EQ(damage[0][i].second, damage[1][i].second);
+      if (memory == MeshMemory::whole_model) {
+        EXPECT_EQ(damage[0][i].second, damage[1][i].second);
+      }
     }
     EXPECT_TRUE(testing::image_of(*together) == testing::image_of(*alone));
     EXPECT_EQ(together->is_complete(), damage[0].empty());
   }
+  EXPECT_GT(found, 20U);
 }
 
 // --- Cell tables that promise less than the vertices tell ---

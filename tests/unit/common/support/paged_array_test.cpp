@@ -106,7 +106,9 @@ TEST(PagedArray, TakesMoreMemoryThanIsInUseOfLargeArraysAlone) {
       ASSERT_LE(present * page, array.resident_bytes());
       ASSERT_LE(array.resident_bytes(), std::max(pages_of(true) * page, ZeroPages::kSmallBytes + 4 * kHuge));
       for (std::size_t p = 0; p < used.size(); ++p) {
-        if (used[p]) ASSERT_EQ(array[p * page / 8], p * page / 8 + 1) << "page " << p;
+        if (used[p]) {
+          ASSERT_EQ(array[p * page / 8], p * page / 8 + 1) << "page " << p;
+        }
       }
     };
     for (std::size_t p = 0; p * page < ZeroPages::kSmallBytes; ++p) use(p);
