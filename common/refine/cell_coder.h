@@ -232,11 +232,9 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
     return off_the_grid(vertices.cell, batch.front().split.root);
   }
   const RingPlaces places_now{state.vertices.data(), coding.units.size};
-  if constexpr (!Coder::kDecodes) {
-    for (SplitInProgress& s : batch) {
-      coding.kernels.measure(s.ring, places_now);
-      source.describe(s);
-    }
+  for (SplitInProgress& s : batch) {
+    if constexpr (!Coder::kDecodes) coding.kernels.measure(s.ring, places_now);
+    source.describe(s);
   }
   code_splits(coder, coding.model, coding.lattice_units, {generation, coding.last_generation}, batch, places_now,
               coding.kernels);
@@ -249,8 +247,9 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 // Codes and applies the splits of the roots from number `first_root` on, which have been gone around with none lagging,
 // and takes them off coding.roots. Source is what knows the splits: for an encoder the builder's history, for a decoder
 // DecodedSplits. It has
-//   void describe(SplitInProgress&), which fills in the split of split.root, when both vertices are split next, and the
-//   low bits of those that never are; and for an encoder
+//   void describe(SplitInProgress&), which for an encoder fills in the split of split.root, when both vertices are
+//   split next, and the low bits of those that never are; a decoder's may look at the ring, which is not measured yet;
+//   and for an encoder
 //   LowBits root_low_bits(VertexId root), those of its place that the generation's lattice has and the last one had
 //   not,
 // and is told made(const SplitUndo&, VertexId added) of each split. Splits come in rounds: the first of every root,

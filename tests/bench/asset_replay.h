@@ -29,8 +29,13 @@ struct WatchedSplits {
   Observer& observer;
   std::uint32_t cell;
   std::uint32_t generation;
+  const FanState& state;
+  const CellCoding& coding;
 
-  void describe(SplitInProgress& split) const { observer.before_split(cell, generation, split.split.root, split.ring); }
+  void describe(SplitInProgress& split) const {
+    coding.kernels.measure(split.ring, RingPlaces{state.vertices.data(), coding.units.size});
+    observer.before_split(cell, generation, split.split.root, split.ring);
+  }
   void made(const SplitUndo& split, VertexId added) const { observer.after_split(cell, generation, split.root, added); }
 };
 
@@ -83,7 +88,7 @@ Result<FanState> replay_asset(const Asset& asset, std::span<const std::uint32_t>
           if (last_generation[cell] < g || index.cells[cell].split_count == 0) continue;
           if (g == head.first_generation(layer))
             decoders[i].append(bytes, index.is_last_coded(index.cells[cell], layer - head.layer_begin(slab)));
-          detail::WatchedSplits<Observer> source{observer, cell, g};
+          detail::WatchedSplits<Observer> source{observer, cell, g, state, coding};
           find_roots(state, cells[i], g, coding);
           const Result<void> coded = code_generation(state, cells[i], g, decoders[i], source, coding);
           if (!coded) return tl::unexpected(coded.error());
