@@ -30,7 +30,8 @@ enum class MeshMemory : std::uint8_t {
 enum class TargetMeaning : std::uint8_t {
   most,  // to be no finer than this: the mesh is the largest within all targets
   // To be as fine as this. The mesh is the smallest that has all that is wanted: cells that others need go along as far
-  // as these need them, beyond their own targets. It does not depend on the way there either.
+  // as these need them, beyond their own targets. It does not depend on the way there either, as long as whoever wants
+  // something of a cell wants all of its parent.
   wanted,
 };
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "server/build/prefetch.h"
+#include "common/support/cache_lines.h"
 
 namespace fanstream {
 
@@ -60,10 +60,10 @@ void CarriedSurface::fetch(const GenerationStars& stars, std::size_t patch) cons
   constexpr std::size_t kLists = 4;
   constexpr std::size_t kTriangles = 2;
   if (patch + kLists < stars.patches.size()) {
-    for (const std::uint32_t f : stars.covered_by(patch + kLists)) prefetch(&lists_of_[f]);
+    for (const std::uint32_t f : stars.covered_by(patch + kLists)) fetch_line(&lists_of_[f]);
   }
   if (patch + kTriangles < stars.patches.size()) {
-    for (const std::uint32_t f : stars.covered_by(patch + kTriangles)) prefetch(&lists_[lists_of_[f].begin]);
+    for (const std::uint32_t f : stars.covered_by(patch + kTriangles)) fetch_line(&lists_[lists_of_[f].begin]);
   }
 }
 
@@ -77,7 +77,7 @@ bool CarriedSurface::gather(const GenerationStars& stars, std::size_t patch) {
     List& list = lists_of_[f];
     list.covered_by = patch_;
     listed += list.size;
-    for (std::uint32_t i = 0; i < list.size; ++i) prefetch(&triangles_[lists_[list.begin + i]]);
+    for (std::uint32_t i = 0; i < list.size; ++i) fetch_line(&triangles_[lists_[list.begin + i]]);
   }
   if (listed == 0) return false;
   listed_ -= listed;
@@ -105,7 +105,7 @@ void CarriedSurface::gather_one(std::uint32_t t) {
     has_parts_ = true;
   }
   items_.push_back(t);
-  for (const VertexId v : triangle.corners) prefetch(&vertices_[v]);
+  for (const VertexId v : triangle.corners) fetch_line(&vertices_[v]);
 }
 
 // Parts that have all come together in this patch are needed no longer. What they make up comes behind the other items.

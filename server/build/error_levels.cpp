@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/support/cache_lines.h"
 #include "server/build/patch_replay.h"
 #include "server/build/patch_star.h"
-#include "server/build/prefetch.h"
 
 namespace fanstream {
 namespace {
@@ -58,11 +58,11 @@ class ReachPart {
     constexpr std::size_t kLists = 4;
     constexpr std::size_t kPoints = 2;
     if (patch + kLists < stars.patches.size()) {
-      for (const std::uint32_t f : stars.covered_by(patch + kLists)) prefetch(&first_point_[f]);
+      for (const std::uint32_t f : stars.covered_by(patch + kLists)) fetch_line(&first_point_[f]);
     }
     if (patch + kPoints < stars.patches.size()) {
       for (const std::uint32_t f : stars.covered_by(patch + kPoints)) {
-        if (first_point_[f] != kNone) prefetch(&points_[first_point_[f]]);
+        if (first_point_[f] != kNone) fetch_line(&points_[first_point_[f]]);
       }
     }
   }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/build/prefetch.h"
+#include "common/support/cache_lines.h"
 #include "server/build/processors.h"
 
 namespace fanstream {
@@ -162,9 +162,9 @@ void PatchReplay::leave_star(std::span<const std::uint32_t> covered, GenerationS
 void PatchReplay::fetch(std::size_t at) const {
   constexpr std::size_t kRanges = 12;
   constexpr std::size_t kFaces = 6;
-  if (at + kRanges < order_.size()) prefetch(around_.of(roots_[order_[at + kRanges]]).data());
+  if (at + kRanges < order_.size()) fetch_line(around_.of(roots_[order_[at + kRanges]]).data());
   if (at + kFaces < order_.size()) {
-    for (const std::uint32_t f : around_.of(roots_[order_[at + kFaces]])) prefetch(&faces_[f]);
+    for (const std::uint32_t f : around_.of(roots_[order_[at + kFaces]])) fetch_line(&faces_[f]);
   }
 }
 

@@ -7,8 +7,8 @@
 #include <type_traits>
 
 #include "common/geometry/quadric.h"
+#include "common/support/cache_lines.h"
 #include "server/build/merge_cost.h"
-#include "server/build/prefetch.h"
 #include "server/build/vertex_curvature.h"
 
 namespace fanstream {
@@ -112,8 +112,8 @@ class QuadricCost final : public MergeCost {
   void fetch(std::span<const VertexId> vertices) const override {
     for (const VertexId v : vertices) {
       if (v == kOutside) continue;
-      prefetch(&planes_[v].quadric.xx);
-      prefetch(&planes_[v].quadric.c);
+      fetch_line(&planes_[v].quadric.xx);
+      fetch_line(&planes_[v].quadric.c);
     }
   }
 

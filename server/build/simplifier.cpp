@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "common/refine/cell_coder.h"
+#include "common/support/cache_lines.h"
 #include "server/build/distance_limit.h"
 #include "server/build/merge_queue.h"
 #include "server/build/merge_valences.h"
 #include "server/build/merged_ring.h"
-#include "server/build/prefetch.h"
 #include "server/build/processors.h"
 
 namespace fanstream {
@@ -64,17 +64,17 @@ class Simplifier {
   bool is_open(const MergeCandidate& edge) const { return !is_stale(edge) && patches_allow(edge.a, edge.b); }
   bool is_unchanged(VertexId v, std::uint32_t changes) const { return marks_[v].changes == changes; }
   void fetch_state(const MergeCandidate& edge) const {
-    prefetch(&marks_[edge.a]);
-    prefetch(&marks_[edge.b]);
+    fetch_line(&marks_[edge.a]);
+    fetch_line(&marks_[edge.b]);
   }
   void fetch_rings(const MergeCandidate& edge) const {
-    prefetch(rings_.ring(edge.a).data());
-    prefetch(rings_.ring(edge.b).data());
+    fetch_line(rings_.ring(edge.a).data());
+    fetch_line(rings_.ring(edge.b).data());
   }
   void fetch_places(const MergeCandidate& edge) const {
     for (const VertexId end : {edge.a, edge.b}) {
       for (const VertexId w : rings_.ring(end)) {
-        if (w != kOutside) prefetch(&places_[w]);
+        if (w != kOutside) fetch_line(&places_[w]);
       }
     }
   }
@@ -245,7 +245,7 @@ class Simplifier {
     cost_->fetch(ends);
     cost_->fetch(ring_.ids());
     for (const VertexId w : ring_.ids()) {
-      if (w != kOutside) prefetch(rings_.ring(w).data());
+      if (w != kOutside) fetch_line(rings_.ring(w).data());
     }
   }
 
