@@ -12,6 +12,34 @@
 namespace fanstream {
 namespace {
 
+// A model simplified to 20 vertices.
+struct Merged {
+  PositionGrid grid;
+  std::vector<GridPoint> codes;
+  MergeHistory history;
+  CodedHistory coded;
+  PlacedMesh placed;
+
+  Merged(const TriangleMesh& mesh, std::uint32_t faces_of_part)
+      : grid(PositionGrid::fit(mesh.positions, 12)),
+        codes(codes_of(mesh, grid)),
+        history(simplified(mesh)),
+        coded(history, codes, grid),
+        placed(mesh.triangles, codes, grid, faces_of_part) {}
+
+ private:
+  static std::vector<GridPoint> codes_of(const TriangleMesh& mesh, const PositionGrid& on) {
+    std::vector<GridPoint> result;
+    for (const glm::dvec3& p : mesh.positions) result.push_back(on.encode(p));
+    return result;
+  }
+  static MergeHistory simplified(const TriangleMesh& mesh) {
+    SimplifyOptions options;
+    options.base_vertices = 20;
+    return simplify(mesh, options);
+  }
+};
+
 // The model merged step by step, by looking at all of it every time.
 class PlainReplay {
  public:
@@ -85,16 +113,11 @@ void expect_patch(const PlainReplay& plain, const GenerationStars& stars, std::s
 TEST(PatchReplay, TellsWhatEveryPatchCoversAndLeaves) {
   for (const auto& [name, mesh] : testing::model_shapes()) {
     SCOPED_TRACE(name);
-    const PositionGrid grid = PositionGrid::fit(mesh.positions, 12);
-    std::vector<GridPoint> codes;
-    for (const glm::dvec3& p : mesh.positions) codes.push_back(grid.encode(p));
-    SimplifyOptions options;
-    options.base_vertices = 20;
-    const MergeHistory history = simplify(mesh, options);
-    const CodedHistory coded(history, codes, grid);
-    const PlacedMesh placed(mesh.triangles, codes, grid, 100);
-    PlainReplay plain(placed, coded);
-    PatchReplay replay(placed, coded);
+    const Merged merged(mesh, 100);
+    const MergeHistory& history = merged.history;
+    const PlacedMesh& placed = merged.placed;
+    PlainReplay plain(placed, merged.coded);
+    PatchReplay replay(placed, merged.coded);
     std::uint32_t generation = 0;
     std::uint32_t numbers = 0;
     replay.run(1, [&](const GenerationStars& stars, std::size_t) {
@@ -124,22 +147,15 @@ TEST(PatchReplay, TellsWhatEveryPatchCoversAndLeaves) {
 
 // A part that has nothing on a patch's faces need not look at it.
 TEST(PatchReplay, PatchesNameThePartsWhoseFacesTheyHoldOrHeld) {
-  const TriangleMesh mesh = testing::make_terrain(40, 40, 3);
-  const PositionGrid grid = PositionGrid::fit(mesh.positions, 12);
-  std::vector<GridPoint> codes;
-  for (const glm::dvec3& p : mesh.positions) codes.push_back(grid.encode(p));
-  SimplifyOptions options;
-  options.base_vertices = 20;
-  const MergeHistory history = simplify(mesh, options);
-  const CodedHistory coded(history, codes, grid);
-  const PlacedMesh placed(mesh.triangles, codes, grid, 200);
+  const Merged merged(testing::make_terrain(40, 40, 3), 200);
+  const PlacedMesh& placed = merged.placed;
   ASSERT_EQ(placed.part_count(), 4U);
   std::vector<std::uint8_t> held(placed.faces.size(), 0);  // by face: parts of whatever has ended up on it
   for (std::uint32_t part = 0; part < 4; ++part) {
     for (std::uint32_t f = placed.part_begin(part); f < placed.part_begin(part + 1); ++f)
       held[f] = static_cast<std::uint8_t>(1U << part);
   }
-  PatchReplay replay(placed, coded);
+  PatchReplay replay(placed, merged.coded);
   std::size_t spared = 0;
   replay.run(1, [&](const GenerationStars& stars, std::size_t) {
     for (std::size_t p = 0; p < stars.patches.size(); ++p) {
@@ -156,18 +172,12 @@ TEST(PatchReplay, PatchesNameThePartsWhoseFacesTheyHoldOrHeld) {
 }
 
 TEST(PatchReplay, EveryFollowerSeesEveryGenerationInOrder) {
-  const TriangleMesh mesh = testing::make_sphere(150, 160);  // enough for threads
-  const PositionGrid grid = PositionGrid::fit(mesh.positions, 12);
-  std::vector<GridPoint> codes;
-  for (const glm::dvec3& p : mesh.positions) codes.push_back(grid.encode(p));
-  const MergeHistory history = simplify(mesh, {});
-  const CodedHistory coded(history, codes, grid);
-  const PlacedMesh placed(mesh.triangles, codes, grid);
-  PatchReplay replay(placed, coded);
+  const Merged merged(testing::make_sphere(150, 160), PlacedMesh::kFacesOfPart);  // enough for threads
+  PatchReplay replay(merged.placed, merged.coded);
   std::vector<std::vector<std::uint32_t>> seen(5);
   replay.run(seen.size(), [&](const GenerationStars& stars, std::size_t i) { seen[i].push_back(stars.numbers_end); });
   for (const auto& generations : seen) {
-    EXPECT_EQ(generations.size(), history.generation_count());
+    EXPECT_EQ(generations.size(), merged.history.generation_count());
     EXPECT_EQ(generations, seen[0]);
     EXPECT_TRUE(std::is_sorted(generations.begin(), generations.end()));
   }
