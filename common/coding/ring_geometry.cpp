@@ -12,13 +12,14 @@ void RingGeometry::load(const LinkedFans& fans, VertexId root) {
 }
 
 void RingGeometry::load_long(const LinkedFans& fans) {
-  long_ids_.resize(3 * stride());
+  long_ids_.resize(6 * stride());
   long_numbers_.resize(5 * stride() + 16);
   LinkedFans::CornerId corner = fans.corner(root_);
-  for (std::size_t i = 0; i < stride(); ++i) {
+  for (std::size_t i = 0; i < 2 * stride(); ++i) {
     const LinkedFans::Corner c = fans.corners()[corner];
-    long_ids_[i] = c.neighbour;
+    if (i < stride()) long_ids_[i] = c.neighbour;
     long_ids_[stride() + i] = corner;
+    long_ids_[3 * stride() + i] = LinkedFans::back_of(corner);
     corner = c.next;
   }
 }

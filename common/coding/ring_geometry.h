@@ -87,8 +87,12 @@ class RingGeometry {
     size_ = walk.size;
     root_ = root;
     walk_ = &walk;
-    if (size_ > kShort) [[unlikely]]
+    if (is_short()) [[likely]] {
+      keep_corners(0);
+      if (size_ > 8) keep_corners(8);
+    } else {
       load_long(fans);
+    }
   }
   // Then where it lies, and its shape. `unit` is the size of one code step of each axis, 0 in the fourth lane.
   void measure(std::span<const FanVertex> vertices, Float4 unit);
@@ -106,7 +110,7 @@ class RingGeometry {
   LinkedFans::CornerId corner(std::uint32_t i) const { return corners()[i]; }
   // For LinkedFans::split, as long as the ring is as it was loaded.
   LinkedFans::Arc arc(std::uint32_t first, std::uint32_t last) const {
-    return {corners(), size_, first, steps(first, last)};
+    return {corners() + first, backs() + first, size_, steps(first, last)};
   }
   // From the root; zero at the gap.
   Float4 spoke(std::uint32_t i) const { return Float4{xs()[i], ys()[i], zs()[i], 0.0F}; }
@@ -132,14 +136,16 @@ class RingGeometry {
   // By position. Of what lies beyond the ring's end, up to that of a block, spokes are zero and nobody is split; ids
   // are of any vertex, or kOutside. A short ring's spokes are zero up to kShort.
   const VertexId* ids() const { return is_short() ? walk_->ids.data() : long_ids_.data(); }
-  const LinkedFans::CornerId* corners() const { return is_short() ? walk_->corners.data() : ids() + stride(); }
+  // Twice around, and back_of each of them.
+  const LinkedFans::CornerId* corners() const { return is_short() ? short_.corners.data() : ids() + stride(); }
+  const LinkedFans::CornerId* backs() const { return is_short() ? short_.backs.data() : ids() + 3 * stride(); }
   const float* xs() const { return is_short() ? short_.x.data() : long_numbers_.data(); }
   const float* ys() const { return is_short() ? short_.y.data() : xs() + stride(); }
   const float* zs() const { return is_short() ? short_.z.data() : xs() + 2 * stride(); }
   // The sums of the first i squared lengths of spokes, twice around.
   const float* square_sums() const { return is_short() ? short_.square_sums.data() : xs() + 3 * stride(); }
   // The generations in which the ring's vertices are split next.
-  const std::uint32_t* nexts() const { return is_short() ? short_.nexts.data() : ids() + 2 * stride(); }
+  const std::uint32_t* nexts() const { return is_short() ? short_.nexts.data() : ids() + 5 * stride(); }
   struct Places {
     float *x, *y, *z, *square_sums;
     std::uint32_t* nexts;
@@ -161,6 +167,7 @@ class RingGeometry {
  private:
   // Written by whole blocks, the sums twice around and a block further.
   struct Short {
+    alignas(32) std::array<LinkedFans::CornerId, 2 * kShort> corners, backs;
     alignas(32) std::array<std::uint32_t, kShort> nexts;
     alignas(32) std::array<float, kShort> x, y, z;
     alignas(32) std::array<float, 2 * kShort + 16> square_sums;
@@ -169,6 +176,19 @@ class RingGeometry {
   bool is_short() const { return size_ <= kShort; }
   std::size_t stride() const { return std::size_t{8} * block_count(); }
   void load_long(const LinkedFans& fans);
+  // Eight corners of the walk, where they come first and a ring further on. What lies beyond the ring's end there goes
+  // around again, too.
+  void keep_corners(std::uint32_t from) {
+    for (std::uint32_t i = from; i < from + 8; i += 4) {
+      const Uint4 corners = load4(walk_->corners.data() + i);
+      const Uint4 is_first = mask_of((corners & uint4(3)) == uint4(0));
+      const Uint4 backs = corners + (is_first & uint4(3)) - uint4(1);
+      store4(short_.corners.data() + i, corners);
+      store4(short_.corners.data() + size_ + i, corners);
+      store4(short_.backs.data() + i, backs);
+      store4(short_.backs.data() + size_ + i, backs);
+    }
+  }
 
   std::uint32_t size_ = 0;
   std::uint32_t gap_ = 0;
@@ -179,7 +199,7 @@ class RingGeometry {
   const FanWalk* walk_ = nullptr;
   Short short_;
   FanWalk own_walk_;
-  std::vector<std::uint32_t> long_ids_;  // ids, corners, nexts
+  std::vector<std::uint32_t> long_ids_;  // ids, corners, backs, nexts
   std::vector<float> long_numbers_;      // x, y, z, square sums
 };
 

@@ -1,11 +1,14 @@
 // The paper's FanSplit record and PFanMesh (Suzuki, Okamoto, Kanai, section 4), on an integer grid.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <vector>
 
 #include "common/fans/ring_mesh.h"
+#include "common/support/vector4.h"
 
 namespace fanstream {
 
@@ -47,18 +50,36 @@ inline GridPoint halfway_offset(GridPoint displacement, std::uint32_t generation
   return {(displacement.x + up) >> 1, (displacement.y + up) >> 1, (displacement.z + up) >> 1};
 }
 
+// By axis; the fourth lane is what the same arithmetic makes of the parent's and the displacement's.
+struct SplitLanes {
+  Int4 kept;
+  Int4 added;
+};
+// By masks out of a table, since a branch would be a coin toss.
+inline SplitLanes places_after_split(Int4 parent, ParentPosition position, Int4 displacement, std::uint32_t generation,
+                                     const GridPoint& shift) {
+  struct Shares {
+    Int4 of_half;
+    Int4 of_whole;
+  };
+  static constexpr Int4 kNone = {0, 0, 0, 0};
+  static constexpr Int4 kAll = {-1, -1, -1, -1};
+  static constexpr std::array<Shares, 4> kShares = {{{kNone, kNone}, {kAll, kNone}, {kNone, kAll}, {kAll, kNone}}};
+  const Shares& shares = kShares[static_cast<std::size_t>(position)];
+  const Int4 halfway = (displacement + int4(static_cast<std::int32_t>(generation & 1U))) >> 1;
+  Int4 kept = parent - ((halfway & shares.of_half) | (displacement & shares.of_whole));
+  if (position == ParentPosition::free) [[unlikely]]
+    kept -= int4(shift);
+  return {kept, kept + displacement};
+}
 struct SplitPlaces {
   GridPoint kept;
   GridPoint added;
 };
-inline SplitPlaces places_after_split(GridPoint parent, ParentPosition position, GridPoint displacement,
+inline SplitPlaces places_after_split(const GridPoint& parent, ParentPosition position, const GridPoint& displacement,
                                       std::uint32_t generation, const GridPoint& shift = GridPoint(0)) {
-  GridPoint kept = parent;
-  if (position == ParentPosition::middle) kept -= halfway_offset(displacement, generation);
-  if (position == ParentPosition::added) kept -= displacement;
-  if (position == ParentPosition::free) [[unlikely]]
-    kept -= halfway_offset(displacement, generation) + shift;
-  return {kept, kept + displacement};
+  const SplitLanes lanes = places_after_split(int4(parent), position, int4(displacement), generation, shift);
+  return {to_ivec3(lanes.kept), to_ivec3(lanes.added)};
 }
 inline GridPoint place_after_merge(GridPoint kept, GridPoint added, ParentPosition position, std::uint32_t generation,
                                    const GridPoint& shift = GridPoint(0)) {

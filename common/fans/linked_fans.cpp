@@ -20,8 +20,7 @@ class CornersByEdge {
     const auto for_each_edge = [&](auto&& look) {
       for (CornerId corner = 0; corner < corners.size(); ++corner) {
         if ((corner & 3U) == 3) continue;
-        const CornerId before = (corner & 3U) == 0 ? corner + 2 : corner - 1;
-        look(corner, corners[before].neighbour, corners[corner].neighbour);
+        look(corner, corners[LinkedFans::back_of(corner)].neighbour, corners[corner].neighbour);
       }
     };
     for_each_edge([&](CornerId /*corner*/, VertexId from, VertexId /*to*/) { ++begin_[slot(from) + 1]; });
@@ -71,7 +70,7 @@ LinkedFans::LinkedFans(std::size_t vertex_count, const std::vector<Triangle>& tr
   // The corner after (v, b, c) counter-clockwise around v is that of the face on the left of v -> c.
   for (CornerId corner = 0; corner < corners.size(); ++corner) {
     if ((corner & 3U) == 3) continue;
-    const VertexId v = corners[before(corner)].neighbour;
+    const VertexId v = corners[back_of(corner)].neighbour;
     const VertexId c = corners[after(corner)].neighbour;
     corners[corner].next = *corner_of.find(v, c);
     if (v == kOutside) continue;
@@ -107,11 +106,16 @@ std::vector<VertexId> LinkedFans::ring(VertexId v) const {
 }
 
 void LinkedFans::split(VertexId root, VertexId added, std::uint32_t first, std::uint32_t last) {
-  std::vector<CornerId> corner(fans_[root].count);
-  corner[0] = fans_[root].corner;
-  for (std::size_t i = 1; i < corner.size(); ++i) corner[i] = corners_[corner[i - 1]].next;
   const std::uint32_t size = fans_[root].count;
-  split(root, added, {corner.data(), size, first, last > first ? last - first : last + size - first});
+  std::vector<CornerId> corners(size);
+  std::vector<CornerId> backs(size);
+  CornerId corner = fans_[root].corner;
+  for (std::uint32_t i = 0; i < size; ++i, corner = corners_[corner].next) {
+    const std::uint32_t from_first = i >= first ? i - first : i + size - first;
+    corners[from_first] = corner;
+    backs[from_first] = back_of(corner);
+  }
+  split(root, added, {corners.data(), backs.data(), size, last > first ? last - first : last + size - first});
 }
 
 RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added, CornerId root_corner) {
@@ -127,7 +131,7 @@ RingMesh::Wings LinkedFans::merge(VertexId root, VertexId added, CornerId root_c
   std::uint32_t taken = 1;
   CornerId corner = first;
   for (;; ++taken) {
-    c[before(corner)].neighbour = root;
+    c[back_of(corner)].neighbour = root;
     if (c[corner].next == b + 1) break;
     corner = c[corner].next;
   }
@@ -152,15 +156,14 @@ std::vector<Triangle> LinkedFans::triangles(std::size_t end) const {
     const VertexId c = face[1].neighbour;
     const VertexId a = face[2].neighbour;
     *next = {a, b, c};
-    next += static_cast<int>(a != kOutside) & static_cast<int>(b != kOutside) & static_cast<int>(c != kOutside);
+    next += static_cast<std::ptrdiff_t>(std::max({a, b, c}) != kOutside);
   };
-  const Corner* const corners = corners_.data();
-  for (std::size_t face = 0; face < base_faces_; ++face) add_face(corners + 4 * face);
-  for (std::size_t v = base_vertices_; v < end; ++v) {
+  const Corner* face = corners_.data();
+  for (const Corner* const base_end = face + std::size_t{4} * base_faces_; face != base_end; face += 4) add_face(face);
+  for (std::size_t v = base_vertices_; v < end; ++v, face += 8) {
     if (fans_[v].count == 0) continue;
-    const CornerId face = first_corner(static_cast<VertexId>(v));
-    add_face(corners + face);
-    add_face(corners + face + 4);
+    add_face(face);
+    add_face(face + 4);
   }
   result.resize(static_cast<std::size_t>(next - result.data()));
   return result;

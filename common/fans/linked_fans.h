@@ -2,6 +2,7 @@
 // in place.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstdint>
@@ -72,12 +73,14 @@ class LinkedFans {
   // counter-clockwise to the last, both included; `root` keeps the rest, both wings included. Either wing may be
   // kOutside: then one face is inserted instead of two.
   struct Arc {
-    const CornerId* corners;  // of the root's fan, in order
-    std::uint32_t size;       // how many
-    std::uint32_t first;      // which of them spells the first wing
-    std::uint32_t length;     // how many further on, beyond the fan's end from its start again, one spells the last
+    const CornerId* corners;  // of the root's fan, in order from the one that spells the first wing, once around
+    const CornerId* backs;    // back_of each of them
+    std::uint32_t size;       // of the fan
+    std::uint32_t length;     // which of them spells the last wing
   };
   void split(VertexId root, VertexId added, const Arc& arc);
+  // The corner of the same face that spells this one's vertex.
+  static CornerId back_of(CornerId corner) { return (corner & 3U) == 0 ? corner + 2 : corner - 1; }
   // The same by positions in ring(root).
   void split(VertexId root, VertexId added, std::uint32_t first, std::uint32_t last);
 
@@ -108,9 +111,8 @@ class LinkedFans {
     CornerId corner = 0;
     std::uint32_t count = 0;
   };
-  // The next and the previous corner of the same face.
+  // The next corner of the same face.
   static CornerId after(CornerId corner) { return (corner & 3U) == 2 ? corner - 2 : corner + 1; }
-  static CornerId before(CornerId corner) { return (corner & 3U) == 0 ? corner + 2 : corner - 1; }
   // The first corner of the first of the two faces that came with `added`.
   CornerId first_corner(VertexId added) const { return 4 * (base_faces_ + 2 * (added - base_vertices_)); }
 
@@ -123,24 +125,18 @@ class LinkedFans {
 // The new faces are A = (root, first wing, added) and B = (root, added, last wing).
 inline void LinkedFans::split(VertexId root, VertexId added, const Arc& arc) {
   assert(added < fans_.size() && fans_[added].count == 0 && arc.length > 0 && arc.length < arc.size);
-  // Counted from the first wing; without branches, which would be coin tosses.
-  const auto corner_at = [&arc](std::uint32_t i) {
-    const std::uint32_t at = arc.first + i;
-    return arc.corners[at - (arc.size & (0U - static_cast<std::uint32_t>(at >= arc.size)))];
-  };
-  const CornerId first = corner_at(0);
-  const CornerId last = corner_at(arc.length);
+  const CornerId first = arc.corners[0];
+  const CornerId last = arc.corners[arc.length];
   Corner* c = corners_.data();
   const VertexId wing_first = c[first].neighbour;
   const VertexId wing_last = c[last].neighbour;
   const CornerId a = first_corner(added);
   const CornerId b = a + 4;
-  // The arc's faces change hands: their last corner spells the new vertex now. Of a short arc the last face is told so
-  // more than once.
+  // The arc's faces change hands. Of a short arc the last one is told so more than once: a loop as long as the arc
+  // would end in a coin toss.
   constexpr std::uint32_t kShort = 4;
-  const auto hand_over = [&](std::uint32_t i) { c[before(corner_at(i))].neighbour = added; };
-  for (std::uint32_t i = 0; i < kShort; ++i) hand_over(i < arc.length ? i : arc.length - 1);
-  for (std::uint32_t i = kShort; i < arc.length; ++i) hand_over(i);
+  for (std::uint32_t i = 0; i < kShort; ++i) c[arc.backs[std::min(i, arc.length - 1)]].neighbour = added;
+  for (std::uint32_t i = kShort; i < arc.length; ++i) c[arc.backs[i]].neighbour = added;
   const CornerId beside_first = after(first);  // the wing's corner in the arc's first face: A follows it
   const CornerId beside_last = after(last);    // the wing's corner in the face after the arc: B follows it
   c[a] = {wing_first, b};
@@ -151,8 +147,8 @@ inline void LinkedFans::split(VertexId root, VertexId added, const Arc& arc) {
   c[b + 2] = {root, c[beside_last].next};
   c[beside_first].next = a + 1;
   c[beside_last].next = b + 2;
-  c[corner_at(arc.size - 1)].next = a;
-  c[corner_at(arc.length - 1)].next = b + 1;
+  c[arc.corners[arc.size - 1]].next = a;
+  c[arc.corners[arc.length - 1]].next = b + 1;
   fans_[added] = {a + 2, arc.length + 2};
   fans_[root] = {a, arc.size - arc.length + 2};
   if (wing_first != kOutside) ++fans_[wing_first].count;

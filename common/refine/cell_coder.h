@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,6 +25,7 @@ struct CellCoding {
   };
   const SplitModel& model;
   const PositionGrid& grid;
+  Int4 last_codes;          // the largest of each axis; of no axis in the fourth lane
   AxisUnits units;          // of codes
   AxisUnits lattice_units;  // of the lattice of the generation at hand
   const RingKernels& kernels = RingKernels::best();
@@ -35,6 +37,8 @@ struct CellCoding {
   CellCoding(const SplitModel& split_model, const PositionGrid& position_grid, std::uint32_t generation_count)
       : model(split_model),
         grid(position_grid),
+        last_codes{grid.code_count(0) - 1, grid.code_count(1) - 1, grid.code_count(2) - 1,
+                   std::numeric_limits<std::int32_t>::max()},
         units(grid.unit()),
         lattice_units(units),
         last_generation(generation_count) {}
@@ -170,22 +174,30 @@ void code_last_low_bits(Coder& coder, const PlaceLattice& lattice, std::span<Spl
   }
 }
 
-// What is known of the places after a split. False where they leave the grid.
-inline bool find_places(const SplitInProgress& s, const GridPoint& parent, std::uint32_t generation,
-                        const PlaceLattice& lattice, const PositionGrid& grid, SplitPlaces& places) {
+// What is known of the places after a split, where the generation's lattice leaves bits out. False where they leave the
+// grid.
+inline bool find_coarse_places(const SplitInProgress& s, const GridPoint& parent, std::uint32_t generation,
+                               const PlaceLattice& lattice, SplitLanes& places) {
+  const SplitPlaces points =
+      places_after_split(lattice.point_of(parent), s.split.parent, s.split.displacement, generation, s.split.shift);
+  if (!lattice.contains(points.kept) || !lattice.contains(points.added)) return false;
+  const auto place = [&](const GridPoint& point, std::uint8_t next, LowBits low) {
+    return int4(next == kNeverSplit ? LatticeStep(lattice).fine(point, low) : lattice.code_of(point));
+  };
+  places = {place(points.kept, s.root_next, s.kept_low), place(points.added, s.added_next, s.added_low)};
+  return true;
+}
+
+// The same on any lattice.
+inline bool find_places(const SplitInProgress& s, const FanVertex& parent, std::uint32_t generation,
+                        const PlaceLattice& lattice, Int4 last_codes, SplitLanes& places) {
   if (lattice.is_exact()) [[likely]] {
-    places = places_after_split(parent, s.split.parent, s.split.displacement, generation, s.split.shift);
-  } else {
-    places =
-        places_after_split(lattice.point_of(parent), s.split.parent, s.split.displacement, generation, s.split.shift);
-    if (!lattice.contains(places.kept) || !lattice.contains(places.added)) return false;
-    const SplitPlaces points = places;
-    places = {lattice.code_of(points.kept), lattice.code_of(points.added)};
-    if (s.root_next == kNeverSplit) places.kept = LatticeStep(lattice).fine(points.kept, s.kept_low);
-    if (s.added_next == kNeverSplit) places.added = LatticeStep(lattice).fine(points.added, s.added_low);
+    places = places_after_split(parent.place4(), s.split.parent, int4(s.split.displacement), generation, s.split.shift);
+  } else if (!find_coarse_places(s, parent.place, generation, lattice, places)) {
+    return false;
   }
-  return grid.contains(places.kept) && grid.contains(places.added) &&
-         (s.split.parent != ParentPosition::free || is_shift(s.split.shift));
+  const Int4 outside = (places.kept | (last_codes - places.kept)) | (places.added | (last_codes - places.added));
+  return !any_negative(outside) && (s.split.parent != ParentPosition::free || is_shift(s.split.shift));
 }
 
 // Splits of a cell that have been coded.
@@ -196,15 +208,15 @@ Result<void> apply_batch(FanState& state, CellVertices& vertices, std::uint32_t 
   for (std::size_t i = 0; i < batch.size(); ++i) {
     const SplitInProgress& s = batch[i];
     const VertexId v = s.split.root;
-    SplitPlaces places;
-    if (!find_places(s, state.vertices[v].place, generation, lattice, coding.grid, places)) {
+    SplitLanes places;
+    if (!find_places(s, state.vertices[v], generation, lattice, coding.last_codes, places)) {
       coarsen_roots(state, batch.subspan(i));
       return off_the_grid(vertices.cell, v);
     }
     const VertexId added = vertices.add(state);
     const SplitUndo undo{v, state.fans.corner(v), state.vertices[v].context, s.split.parent, s.split.shift};
     const LinkedFans::Arc arc = s.ring.arc(s.split.first, s.split.last);
-    apply_split(state, vertices.cell, generation, s.split, arc, places, {s.root_next, s.added_next}, added);
+    apply_split(state, vertices.cell, generation, v, arc, places, {s.root_next, s.added_next}, added);
     source.made(undo, added);
   }
   return {};

@@ -73,8 +73,8 @@ FanState FanState::from_base(const BaseMesh& base, std::size_t vertex_count, con
 SplitUndo kept_undo(const FanState& state, VertexId added) {
   const LinkedFans::Note note = state.fans.note(added);
   const std::uint32_t rest = note[1].neighbour;
-  const VertexContext context{static_cast<std::uint8_t>(rest), static_cast<std::uint8_t>(rest >> 8U), 0};
-  SplitUndo undo{note[0].neighbour, note[0].next, context, static_cast<ParentPosition>(rest >> 16U & 3U), {}};
+  SplitUndo undo{
+      note[0].neighbour, note[0].next, VertexContext::of_word(rest), static_cast<ParentPosition>(rest >> 16U & 3U), {}};
   if (undo.parent == ParentPosition::free) [[unlikely]] {
     const std::uint32_t xy = rest >> 18U | note[1].next << 14U;
     undo.shift = {kept_shift::shift_of(xy), kept_shift::shift_of(xy >> kept_shift::kBits),

@@ -58,14 +58,14 @@ struct NextSplits {
   std::uint8_t added = kNeverSplit;
 };
 
-// Applies a split of a vertex of `cell`. The arc is that of split.first and split.last. `generation` counts from 1,
+// Applies a split of a vertex of `cell`, whose arc is that of split.first and split.last. `generation` counts from 1,
 // `places` are those after the split.
-inline void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, const FanSplit& split,
-                        const LinkedFans::Arc& arc, const SplitPlaces& places, NextSplits next, VertexId added) {
-  state.fans.split(split.root, added, arc);
-  const auto touched = static_cast<std::uint8_t>(generation);
-  state.vertices[split.root] = {places.kept, {touched, next.root, 0}};
-  state.vertices[added] = {places.added, {touched, next.added, 0}};
+inline void apply_split(FanState& state, std::uint32_t cell, std::uint32_t generation, VertexId root,
+                        const LinkedFans::Arc& arc, const SplitLanes& places, NextSplits next, VertexId added) {
+  state.fans.split(root, added, arc);
+  FanVertex* const vertices = state.vertices.data();
+  vertices[root].set(places.kept, VertexContext::word_of(generation, next.root));
+  vertices[added].set(places.added, VertexContext::word_of(generation, next.added));
   state.cells[added] = cell;
 }
 
@@ -90,8 +90,7 @@ inline std::int32_t shift_of(std::uint32_t kept) { return static_cast<std::int32
 
 // Kept in the mesh, with the vertex that the split made.
 inline void keep_undo(FanState& state, const SplitUndo& undo, VertexId added) {
-  const auto rest = undo.root_context.touched | static_cast<std::uint32_t>(undo.root_context.next) << 8U |
-                    static_cast<std::uint32_t>(undo.parent) << 16U;
+  const std::uint32_t rest = undo.root_context.word() | static_cast<std::uint32_t>(undo.parent) << 16U;
   if (undo.parent != ParentPosition::free) [[likely]] {
     state.fans.set_note(added, {{{undo.root, undo.root_corner}, {rest, 0}}});
     return;

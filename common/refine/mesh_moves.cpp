@@ -74,10 +74,11 @@ void ProgressiveMesh::take_step(Work& work) {
   }
   fetch_ahead();
   go_around_roots(state_, coding_, 0);
+  const bool none_lags = !unfinished_.any_before(generation - 1);
   std::size_t ready = 0;
   for (const Step& step : steps_) {
     CellProgress& cell = cells_[step.cell];
-    if (is_ready(step, generation, work)) {
+    if (none_lags || is_ready(step, generation, work)) {
       steps_[ready++] = step;
     } else if (cell.blocked) {
       cell.goal = 0;
@@ -271,7 +272,9 @@ bool ProgressiveMesh::undo_generation(std::uint32_t cell_number, Work& work) {
   roll_back(cell_number, undo.made_before, generation);
   work.move.undone += made - undo.made_before;
   cell.decoder = undo.decoder_before;
+  if (generation != slab_end(entry.slab)) unfinished_.remove(generation);
   progress.done = static_cast<std::uint8_t>(generation - 1);
+  unfinished_.add(progress.done);
   note_change_around(cell_number);
   queue(cell_number);
   return true;

@@ -52,6 +52,7 @@ void ProgressiveMesh::start_cells(std::span<const VertexId> parent_vertices, std
     cell.live->vertices = {first + i, std::move(groups[i]), entry.first_vertex, 0, entry.split_count, {}};
     state_.set_cell(first + i, cell.live->vertices.initial);
     cell.done = static_cast<std::uint8_t>(slab_begin(slab));
+    unfinished_.add(cell.done);
     update_limit(first + i);
     note_change(first + i);
   }
@@ -132,6 +133,7 @@ void ProgressiveMesh::retract_children(std::uint32_t cell_number) {
   if (watched()) take_back_neighbours(cell_number);
   for (std::uint32_t i = 0; i < entry.child_count; ++i) {
     wake_waiting(entry.first_child + i);
+    unfinished_.remove(cells_[entry.first_child + i].done);
     cells_[entry.first_child + i].live.reset();
     note_change(entry.first_child + i);
   }
@@ -327,7 +329,9 @@ void ProgressiveMesh::finish_generation(std::uint32_t cell_number, const LiveCel
   work.move.applied += made;
   if (cell.generations.empty()) cell.generations.reserve(end - progress.done);
   cell.generations.push_back(before);
+  unfinished_.remove(progress.done);
   progress.done = static_cast<std::uint8_t>(generation);
+  if (generation != end) unfinished_.add(progress.done);
   if (progress.done > progress.limit) excess_.push_back(cell_number);  // taken along: until it turns out what for
   note_change_around(cell_number);
   wake_waiting(cell_number);

@@ -15,6 +15,7 @@
 #include "common/refine/generation_queue.h"
 #include "common/refine/held_segments.h"
 #include "common/refine/live_cell.h"
+#include "common/refine/unfinished_cells.h"
 
 namespace fanstream {
 
@@ -232,6 +233,7 @@ class ProgressiveMesh {
   std::vector<std::uint32_t> queue_;   // cells that may be able to take another generation
   std::vector<std::uint32_t> excess_;  // cells that may be finer than they should be
   std::vector<std::uint32_t> changed_;
+  UnfinishedCells unfinished_;
   // In use while cells advance.
   GenerationQueue advancing_;  // cells with goals
   std::vector<std::uint32_t> blocked_;

@@ -16,6 +16,9 @@ using Uint4 = std::uint32_t __attribute__((vector_size(16)));
 
 inline Float4 float4(const glm::vec3& v) { return Float4{v.x, v.y, v.z, 0.0F}; }
 inline Float4 float4(float v) { return Float4{v, v, v, v}; }
+inline Int4 int4(std::int32_t v) { return Int4{v, v, v, v}; }
+inline Int4 int4(const glm::ivec3& v) { return Int4{v.x, v.y, v.z, 0}; }
+inline glm::ivec3 to_ivec3(Int4 v) { return {v[0], v[1], v[2]}; }
 inline Uint4 uint4(std::uint32_t v) { return Uint4{v, v, v, v}; }
 inline glm::vec3 to_vec3(Float4 v) { return {v[0], v[1], v[2]}; }
 inline Float4 to_float4(Int4 v) { return __builtin_convertvector(v, Float4); }
@@ -47,6 +50,7 @@ inline std::uint32_t any_bits(Uint4 v) {
   const Uint4 pairs = v | __builtin_shufflevector(v, v, 2, 3, 0, 1);
   return pairs[0] | pairs[1];
 }
+inline bool any_negative(Int4 v) { return static_cast<std::int32_t>(any_bits(std::bit_cast<Uint4>(v))) < 0; }
 
 inline Float4 rotate_axes(Float4 v) { return __builtin_shufflevector(v, v, 1, 2, 0, 3); }  // y z x
 inline float dot3(Float4 a, Float4 b) {

@@ -78,6 +78,29 @@ TEST(RingGeometry, TheRingStartsWhereTheFanDoes) {
   }
 }
 
+TEST(RingGeometry, AnArcNamesTheCornersFromItsFirstWingOnceAround) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    const std::uint32_t size = random_size(random);
+    const RandomRing ring(random, size, random.one_in(2), 90);
+    RingGeometry geometry;
+    geometry.load(ring.fans, 0);
+    const LinkedFans::Corner* corners = ring.fans.corners();
+    for (std::uint32_t first = 0; first < size; ++first) {
+      const std::uint32_t last = (first + 1 + random.below(size - 1)) % size;
+      const LinkedFans::Arc arc = geometry.arc(first, last);
+      ASSERT_EQ(arc.size, size);
+      ASSERT_EQ((first + arc.length) % size, last);
+      for (std::uint32_t i = 0; i < size; ++i) {
+        ASSERT_EQ(arc.corners[i], geometry.corner((first + i) % size));
+        ASSERT_EQ(arc.backs[i] / 4, arc.corners[i] / 4);  // of one face
+        ASSERT_EQ(corners[arc.backs[i]].neighbour, 0U);
+      }
+    }
+  }
+}
+
 // All that a coder sees of a ring, bit by bit.
 std::vector<float> image(const RingGeometry& ring) {
   std::vector<float> all{ring.mean_square(), ring.bend_square(), static_cast<float>(ring.gap())};

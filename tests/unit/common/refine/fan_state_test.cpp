@@ -83,9 +83,9 @@ Applied apply(FanState& state, const FanSplit& split, NextSplits next, VertexId 
   RingGeometry ring;
   ring.load(state.fans, root);
   const LinkedFans::Arc arc = ring.arc(split.first, split.last);
-  const SplitPlaces places =
-      places_after_split(state.vertices[root].place, split.parent, split.displacement, generation, split.shift);
-  apply_split(state, state.cells[root], generation, split, arc, places, next, added);
+  const SplitLanes places = places_after_split(state.vertices[root].place4(), split.parent, int4(split.displacement),
+                                               generation, split.shift);
+  apply_split(state, state.cells[root], generation, root, arc, places, next, added);
   return applied;
 }
 

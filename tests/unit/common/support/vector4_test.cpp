@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <memory>
 
 #include "tests/support/seeded_random.h"
@@ -24,6 +25,22 @@ Float4 random_lanes(SeededRandom& random) {
     return static_cast<float>(random.unit() - 0.5) * std::exp2(static_cast<float>(random.between(-8, 8)));
   };
   return Float4{lane(), lane(), lane(), lane()};
+}
+
+TEST(Vector4, WhetherALaneIsNegativeIsToldOfEach) {
+  EXPECT_FALSE(any_negative(int4(0)));
+  EXPECT_FALSE(any_negative(int4(std::numeric_limits<std::int32_t>::max())));
+  EXPECT_TRUE(any_negative(int4(-1)));
+  for (std::size_t lane = 0; lane < 4; ++lane) {
+    Int4 v = int4(7);
+    v[lane] = std::numeric_limits<std::int32_t>::min();
+    EXPECT_TRUE(any_negative(v)) << lane;
+  }
+}
+
+TEST(Vector4, IntegersPassThroughLanes) {
+  EXPECT_EQ(lanes(int4(glm::ivec3(-3, 0, 1 << 30))), (std::array{-3, 0, 1 << 30, 0}));
+  EXPECT_EQ(to_ivec3(Int4{5, -6, 7, 8}), glm::ivec3(5, -6, 7));
 }
 
 TEST(Vector4, LoadsAndStoresAnywhere) {

@@ -50,10 +50,10 @@ class Replay {
       ASSERT_EQ(s.root_next, next_split(merge.root, m)) << "merge " << m;
       ASSERT_EQ(s.added_next, next_split(merge.removed, m)) << "merge " << m;
       const LinkedFans::Arc arc = s.ring.arc(s.split.first, s.split.last);
-      const SplitPlaces places =
-          places_after_split(state_.vertices[root].place, s.split.parent, s.split.displacement, generation);
+      const SplitLanes places = places_after_split(state_.vertices[root].place4(), s.split.parent,
+                                                   int4(s.split.displacement), generation, GridPoint(0));
       const SplitUndo undo{root, state_.fans.corner(root), state_.vertices[root].context, s.split.parent};
-      apply_split(state_, 0, generation, s.split, arc, places, {s.root_next, s.added_next}, next_vertex_);
+      apply_split(state_, 0, generation, root, arc, places, {s.root_next, s.added_next}, next_vertex_);
       number_[merge.removed] = next_vertex_;
       source_.made(undo, next_vertex_++);
     }
