@@ -107,8 +107,9 @@ class RansDecoder {
 class FastRansDecoder {
  public:
   static constexpr bool kDecodes = true;
-  explicit FastRansDecoder(RansDecoder& decoder) : decoder_(decoder) { fetch(); }
-  ~FastRansDecoder() { put_back(); }
+  // Inlined, as all of it, or the compiler keeps what changes in memory.
+  [[gnu::always_inline]] explicit FastRansDecoder(RansDecoder& decoder) : decoder_(decoder) { fetch(); }
+  [[gnu::always_inline]] ~FastRansDecoder() { put_back(); }
   FastRansDecoder(const FastRansDecoder&) = delete;
   FastRansDecoder& operator=(const FastRansDecoder&) = delete;
 
@@ -198,7 +199,7 @@ template <class Coder>
 Coder& fast_coder(Coder& coder) {
   return coder;
 }
-inline FastRansDecoder fast_coder(RansDecoder& decoder) { return FastRansDecoder(decoder); }
+[[gnu::always_inline]] inline FastRansDecoder fast_coder(RansDecoder& decoder) { return FastRansDecoder(decoder); }
 
 inline int RansDecoder::symbol(const FrequencyTable& table, int value) {
   return FastRansDecoder(*this).symbol(table, value);

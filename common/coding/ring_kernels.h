@@ -30,8 +30,10 @@ struct RingKernels {
   void (*find_wings)(SplitInProgress& split);
   // in which generations both vertices may be split next;
   void (*find_free)(SplitInProgress& split, const CodingTime& time);
-  // where the hidden centre is expected.
+  // where the hidden centre is expected;
   Prediction (*predict)(const PhaseModel& model, const SplitInProgress& split);
+  // and the shift of a free parent, once the displacement is known, in grid steps.
+  Prediction (*predict_shift)(const PhaseModel& model, const SplitInProgress& split, Float4 displacement);
 
   // Of up to AxisChains::kMost predictions, of which there is at least one:
   // their chains;

@@ -36,17 +36,29 @@ inline const FrequencyTable& table_at(const PhaseModel& model, int index) {
   return model.table(static_cast<std::size_t>(index));
 }
 
-// The coder of each split, by number: the same for all, or that of the stream that it belongs to.
+// Who codes which splits: one coder all of them, or each run's stream its own. for_each(count, code) calls
+// code(split, coder) for the splits of a batch in order.
 template <class Coder>
 struct OneCoder {
   static constexpr bool kDecodes = Coder::kDecodes;
   Coder& coder;
-  [[gnu::always_inline]] Coder& operator[](std::size_t /*split*/) const { return coder; }
+  template <class Code>
+  [[gnu::always_inline]] void for_each(std::size_t count, Code&& code) const {
+    auto&& fast = fast_coder(coder);
+    for (std::size_t i = 0; i < count; ++i) code(i, fast);
+  }
 };
-struct SeveralDecoders {
+struct DecodersByRun {
   static constexpr bool kDecodes = true;
-  FastRansDecoder* const* of;
-  [[gnu::always_inline]] FastRansDecoder& operator[](std::size_t split) const { return *of[split]; }
+  std::span<const DecoderRun> runs;
+  template <class Code>
+  [[gnu::always_inline]] void for_each(std::size_t /*count*/, Code&& code) const {
+    std::size_t i = 0;
+    for (const DecoderRun& run : runs) {
+      FastRansDecoder fast(*run.decoder);
+      for (const std::size_t end = i + run.splits; i < end; ++i) code(i, fast);
+    }
+  }
 };
 
 // How long the arc is.
@@ -99,11 +111,12 @@ template <class Coders, class Stages>
   for (std::size_t place = 0; place < 3; ++place) {
     stages.choose(chains, place, count, choices);
     const std::span<std::int32_t> at_place = std::span(values[place]).first(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      std::int32_t distance = 0;
-      if constexpr (!Coders::kDecodes) distance = choices[i].distance_of((&vectors[i].x)[chains.order(i)[place]]);
-      at_place[i] = tables.code_distance(coders[i], choices[i], distance);
-    }
+    coders.for_each(
+        count, [&](std::size_t i, auto& coder) __attribute__((always_inline)) {
+          std::int32_t distance = 0;
+          if constexpr (!Coders::kDecodes) distance = choices[i].distance_of((&vectors[i].x)[chains.order(i)[place]]);
+          at_place[i] = tables.code_distance(coder, choices[i], distance);
+        });
     stages.to_values(choices, at_place);
     if (place < 2) stages.learn(chains, place, at_place);
   }
@@ -130,9 +143,8 @@ template <class Coders, class Stages>
 template <class Coder, class Stages>
 [[gnu::noinline]] void code_shift(Coder& coder, const PhaseModel& model, const AxisUnits& units, const Stages& stages,
                                   SplitInProgress& s) {
-  const RingFeatures features = stages.features(s.ring, s.split);
   const Float4 displacement = float4(glm::vec3(s.split.displacement)) * units.size;
-  const Prediction prediction = predict_shift(model, s.ring, features, displacement);
+  const Prediction prediction = stages.predict_shift(model, s, displacement);
   AxisChains chains;
   stages.chain(std::span(&prediction, 1), units, chains);
   code_vectors(OneCoder<Coder>{coder}, model.residuals, stages, chains, std::span(&s.split.shift, 1));
@@ -145,52 +157,56 @@ template <class Coders, class Stages>
                                                   const CodingTime& time, std::span<SplitInProgress> splits,
                                                   const RingPlaces& places, const Stages& stages) {
   using Bits = typename Stages::Bits;
-  for (std::size_t i = 0; i < splits.size(); ++i) {
-    SplitInProgress& s = splits[i];
-    if constexpr (Coders::kDecodes) {
-      if (places.vertices != nullptr) stages.measure_spokes(s.ring, places);
-      s.opening = Opening::closed;
-    } else {
-      describe_arc(s);
-    }
-    code_length(coders[i], model, s);
-  }
-  for (std::size_t i = 0; i < splits.size(); ++i) {
-    SplitInProgress& s = splits[i];
-    code_rank(coders[i], model, s);
-    stages.find_wings(s);
-  }
-  for (std::size_t i = 0; i < splits.size(); ++i) {
-    SplitInProgress& s = splits[i];
-    stages.find_free(s, time);
-    code_root_next<Bits>(coders[i], model, s);
-  }
-  for (std::size_t i = 0; i < splits.size(); ++i) {
-    SplitInProgress& s = splits[i];
-    if constexpr (Coders::kDecodes) {
-      if (places.vertices != nullptr) stages.measure_bend(s.ring);
-    }
-    s.added_next =
-        code_next_split<Bits>(coders[i], model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
-  }
+  const std::size_t count = splits.size();
+  coders.for_each(
+      count, [&](std::size_t i, auto& coder) __attribute__((always_inline)) {
+        SplitInProgress& s = splits[i];
+        if constexpr (Coders::kDecodes) {
+          if (places.vertices != nullptr) stages.measure_spokes(s.ring, places);
+          s.opening = Opening::closed;
+        } else {
+          describe_arc(s);
+        }
+        code_length(coder, model, s);
+      });
+  coders.for_each(
+      count, [&](std::size_t i, auto& coder) __attribute__((always_inline)) {
+        code_rank(coder, model, splits[i]);
+        stages.find_wings(splits[i]);
+      });
+  coders.for_each(
+      count, [&](std::size_t i, auto& coder) __attribute__((always_inline)) {
+        stages.find_free(splits[i], time);
+        code_root_next<Bits>(coder, model, splits[i]);
+      });
+  coders.for_each(
+      count, [&](std::size_t i, auto& coder) __attribute__((always_inline)) {
+        SplitInProgress& s = splits[i];
+        if constexpr (Coders::kDecodes) {
+          if (places.vertices != nullptr) stages.measure_bend(s.ring);
+        }
+        s.added_next =
+            code_next_split<Bits>(coder, model, NextSplitOf::added, s.length + 2, s.added_free, s.added_next);
+      });
   std::array<Prediction, AxisChains::kMost> predictions;
-  for (std::size_t i = 0; i < splits.size(); ++i) {
-    code_parent(coders[i], model, time, splits[i]);
-    predictions[i] = stages.predict(model, splits[i]);
-  }
+  coders.for_each(
+      count, [&](std::size_t i, auto& coder) __attribute__((always_inline)) {
+        code_parent(coder, model, time, splits[i]);
+        predictions[i] = stages.predict(model, splits[i]);
+      });
   AxisChains chains;
   stages.chain(std::span(predictions).first(splits.size()), units, chains);
   code_displacements(coders, model, stages, chains, splits);
   if (!model.has_free_parents) [[likely]]
     return;
-  for (std::size_t i = 0; i < splits.size(); ++i) {
+  coders.for_each(count, [&](std::size_t i, auto& coder) {
     SplitInProgress& s = splits[i];
-    if (s.split.parent != ParentPosition::free) continue;
-    code_aside(coders[i], [&](auto& reader) {
+    if (s.split.parent != ParentPosition::free) return;
+    code_aside(coder, [&](auto& reader) {
       code_shift(reader, model, units, stages, s);
       return true;
     });
-  }
+  });
 }
 
 }  // namespace detail

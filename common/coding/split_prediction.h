@@ -19,15 +19,15 @@ struct AxisUnits {
       : size(float4(unit)), reciprocal{1.0F / unit.x, 1.0F / unit.y, 1.0F / unit.z, 0.0F} {}
 };
 
-// What prediction and spreads are computed from, once the arc and the parent's position are known.
+// What prediction is computed from, once the arc and the parent's position are known: means of the spokes inside the
+// hidden centre's arc, of the wings, inside the other arc, and at the ends of its own. The hidden centre is the one
+// that is not where the parent was.
 struct RingFeatures {
   bool middle = false;    // the displacement itself is predicted, not the hidden centre's place
   std::uint32_t arc = 1;  // ring steps on the hidden centre's side
   std::array<Float4, PredictionContexts::kFeatures> features{};
 };
-
-// Means of the spokes inside the hidden centre's arc, of the wings, inside the other arc, and at the ends of its own.
-// The hidden centre is the one that is not where the parent was.
+// For who learns the weights; a coder predicts from the spokes themselves (RingKernels::predict).
 RingFeatures ring_features(const RingGeometry& ring, const FanSplit& split);
 
 // The predicted vector, and where and how far its error may lead, in grid steps.
@@ -38,39 +38,24 @@ struct Prediction {
   Float4 variances;  // along, across, and off the plane
 };
 
-inline Prediction predict(const PhaseModel& model, const RingGeometry& ring, const RingFeatures& features) {
-  const auto context =
-      static_cast<std::size_t>(PredictionContexts::index(features.middle, ring.is_open(), features.arc));
-  const auto& weights = model.weights[context];
-  Prediction result;
-  result.mean = (float4(weights[0]) * features.features[0] + float4(weights[1]) * features.features[1]) +
-                (float4(weights[2]) * features.features[2] + float4(weights[3]) * features.features[3]);
-  result.direction = result.mean;
-  result.normal = ring.normal();
+// Of a class of PredictionContexts, given the features' weighted sum.
+inline Prediction prediction_of(const PhaseModel& model, const RingGeometry& ring, std::size_t context, Float4 mean) {
   const auto size = static_cast<std::size_t>(SpreadContexts::size_class(ring.mean_square()));
-  const float scale = model.scales[context];
   const auto off_plane = static_cast<std::size_t>(SpreadContexts::normal(ring.bend_square(), ring.mean_square()));
-  result.variances =
-      float4(scale) * Float4{model.variances[SpreadContexts::kAlong + size],
-                             model.variances[SpreadContexts::kAcross + size], model.variances[off_plane], 0.0F};
-  return result;
+  const Float4 variances = {model.variances[SpreadContexts::kAlong + size],
+                            model.variances[SpreadContexts::kAcross + size], model.variances[off_plane], 0.0F};
+  return {mean, mean, ring.normal(), float4(model.scales[context]) * variances};
 }
 
 // Of the shift of a free parent, once the displacement (in grid steps) is known.
-inline Prediction predict_shift(const PhaseModel& model, const RingGeometry& ring, const RingFeatures& features,
-                                Float4 displacement) {
-  const auto& weights = model.shift_weights;
-  Prediction result;
-  result.mean = (float4(weights[0]) * features.features[0] + float4(weights[1]) * features.features[1]) +
-                (float4(weights[2]) * features.features[2] + float4(weights[3]) * features.features[3]);
-  result.direction = displacement;
-  result.normal = ring.normal();
+inline Prediction shift_prediction_of(const PhaseModel& model, const RingGeometry& ring, Float4 displacement,
+                                      Float4 mean) {
   const float length2 = dot3(displacement, displacement);
   constexpr float kRounding = 0.125F;  // places are whole steps
-  result.variances =
-      Float4{model.shift_variances[0] * length2 + kRounding, model.shift_variances[1] * length2 + kRounding,
-             model.shift_variances[2] * ring.bend_square() + kRounding, 0.0F};
-  return result;
+  const Float4 variances = {model.shift_variances[0] * length2 + kRounding,
+                            model.shift_variances[1] * length2 + kRounding,
+                            model.shift_variances[2] * ring.bend_square() + kRounding, 0.0F};
+  return {mean, displacement, ring.normal(), variances};
 }
 
 // The covariances of the errors of several predictions, in code steps, as chains: what each axis, in coding order,

@@ -72,6 +72,7 @@ std::vector<std::uint32_t> image(const RingKernels& kernels, const RandomRing& r
     kernels.find_wings(s);
     kernels.find_free(s, time);
     predictions.push_back(kernels.predict(model.phase(1), s));
+    add_bits(bits, kernels.predict_shift(model.phase(1), s, Float4{3.0F, -7.5F, 2.0F, 0.0F}));
   }
   AxisChains chains;
   kernels.chain(predictions, AxisUnits(glm::vec3(1.0F, 2.5F, 1.0F)), chains);
@@ -147,6 +148,40 @@ TEST(RingKernels, FeaturesAreWhatTheySay) {
       for (std::size_t f = 0; f < 4; ++f) {
         ASSERT_NEAR(glm::distance(glm::dvec3(to_vec3(found.features[f])), means[f]), 0.0, 0.1) << kernels->name << f;
       }
+    }
+  }
+}
+
+TEST(RingKernels, WhatIsExpectedIsTheWeightedSumOfTheFeatures) {
+  SplitStatistics statistics = SplitStatistics::built_in();
+  statistics.allow_free_parents();
+  statistics.free_parent.weights = {40, -17, 9, 23};
+  const SplitModel model(statistics);
+  for (std::uint64_t seed = 0; seed < 400; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    const std::uint32_t size = random.one_in(10) ? 17 + random.below(100) : 3 + random.below(14);
+    const RandomRing ring(random, size, random.one_in(3), 1000);
+    const PhaseModel& phase = model.phase(static_cast<int>(random.below(CodingPhase::kPhases)));
+    SplitInProgress s;
+    s.ring.assign(ring.fans, 0, ring.vertices, Float4{1.0F, 1.0F, 1.0F, 0.0F});
+    s.split = {0, random.below(size), 0, static_cast<ParentPosition>(random.below(4)), {}};
+    s.split.last = (s.split.first + 1 + random.below(size - 1)) % size;
+    for (const RingKernels* kernels : all_kernels()) {
+      const RingFeatures features = kernels->features(s.ring, s.split);
+      const auto context =
+          static_cast<std::size_t>(PredictionContexts::index(features.middle, s.ring.is_open(), features.arc));
+      const auto sum_with = [&](const std::array<float, PredictionContexts::kFeatures>& weights) {
+        glm::dvec3 sum(0.0);
+        for (std::size_t f = 0; f < weights.size(); ++f) {
+          sum += double{weights[f]} * glm::dvec3(to_vec3(features.features[f]));
+        }
+        return sum;
+      };
+      const auto mean = glm::dvec3(to_vec3(kernels->predict(phase, s).mean));
+      ASSERT_NEAR(glm::distance(mean, sum_with(phase.weights[context])), 0.0, 0.1) << kernels->name;
+      const auto shift = glm::dvec3(to_vec3(kernels->predict_shift(phase, s, Float4{}).mean));
+      ASSERT_NEAR(glm::distance(shift, sum_with(phase.shift_weights)), 0.0, 0.1) << kernels->name;
     }
   }
 }
