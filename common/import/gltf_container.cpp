@@ -25,6 +25,16 @@ std::uint32_t read_u32(std::string_view bytes, std::size_t offset) {
   return value;
 }
 
+// Files of version 1 are the ones that list everything by name.
+bool is_version_one(const json& document) {
+  const auto asset = document.find("asset");
+  if (asset == document.end() || !asset->is_object()) return false;
+  const auto version = asset->find("version");
+  if (version == asset->end()) return false;
+  if (version->is_string()) return version->get_ref<const std::string&>().starts_with("1.");
+  return version->is_number() && version->get<double>() < 2.0;
+}
+
 Result<std::string_view> read_chunk(const InputFile& file, std::size_t length, std::size_t& offset,
                                     std::uint32_t& type) {
   if (length - offset < 8)
@@ -178,6 +188,9 @@ Result<json> parse_gltf_json(const InputFile& file, std::string_view text) {
   try {
     json document = json::parse(text.begin(), text.end(), keep);
     if (!document.is_object()) return fail_in(file, ErrorKind::bad_input, "the glTF JSON is not an object");
+    if (is_version_one(document)) {
+      return fail_in(file, ErrorKind::unsupported, "glTF version 1: only version 2 can be read; convert it");
+    }
     return document;
   } catch (const json::parse_error& problem) {
     const std::size_t offset = static_cast<std::size_t>(text.data() - file.bytes().data()) + problem.byte;

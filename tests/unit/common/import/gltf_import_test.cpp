@@ -306,6 +306,17 @@ TEST(Gltf, DracoPositionsAreWithinTheQuantisationStep) {
   }
 }
 
+TEST(Gltf, VersionOneIsUnsupported) {
+  for (const std::string version : {R"("1.0")", R"("1.1")", "1", "1.0"}) {
+    SCOPED_TRACE(version);
+    const auto imported = import_mesh_from_memory(
+        R"({"asset":{"version":)" + version + R"(},"buffers":{"a":{"byteLength":3}}})", "a.gltf");
+    ASSERT_FALSE(imported);
+    EXPECT_EQ(imported.error().kind, ErrorKind::unsupported);
+    EXPECT_NE(imported.error().message.find("glTF version 1"), std::string::npos) << imported.error().message;
+  }
+}
+
 TEST(Gltf, GlbVersionOneIsUnsupported) {
   std::string bytes = gltf_draft(make_tetrahedron()).as_glb();
   bytes[4] = 1;
