@@ -41,14 +41,20 @@ void DistanceLimit::add_point(const glm::dvec3& place, std::uint32_t face) {
   faces_[face].first_point = static_cast<std::uint32_t>(points_.size() - 1);
 }
 
-void DistanceLimit::begin_generation(bool limited) {
+void DistanceLimit::begin_generation(std::uint32_t vertices, bool limited) {
   limit_ = std::numeric_limits<float>::infinity();
-  if (limited && !reached_.empty()) {
-    const auto at = reached_.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(reached_.size() - 1));
-    std::nth_element(reached_.begin(), at, reached_.end());
-    limit_ = growth_ * growth_ * *at;
-  }
+  trial_merges_ = static_cast<std::size_t>(kTrialShare * vertices);
+  if (limited && !reached_.empty()) set_limit(growth_);
   reached_.clear();
+}
+
+// From what was reached.
+void DistanceLimit::set_limit(float growth) {
+  std::vector<float> sorted = reached_;
+  const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(sorted.size() - 1));
+  std::nth_element(sorted.begin(), at, sorted.end());
+  limit_ = std::max(growth * growth * *at, kLeast * kLeast);
+  trial_merges_ = 0;
 }
 
 void DistanceLimit::gather_one(std::uint32_t face, VertexId centre, VertexId other, bool again) {
@@ -133,6 +139,7 @@ void DistanceLimit::merge(VertexId root, VertexId removed) {
     face.first_point = p;
   }
   reached_.push_back(most);
+  if (reached_.size() == trial_merges_) set_limit(kTrialGrowth);
 }
 
 }  // namespace fanstream

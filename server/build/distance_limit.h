@@ -6,8 +6,10 @@
 // edges are each kept with the face that is nearest to them (as in point_assignment.h, which does so for a cost), and a
 // merge that would leave one of them further from the faces around than the limit waits for a later generation.
 //
-// The limit of a generation is `growth` times the kShare quantile of what the merges of the one before it have left;
-// the first has none, nor has one that follows a generation cut short by it.
+// The limit of a generation is `growth` times the kShare quantile of what the merges of the one before it have left.
+// The first begins without one, as does one that follows a generation cut short by its limit: these get kTrialGrowth
+// times the same quantile of their own first merges, the cheapest, as many as kTrialShare of the vertices. So what is
+// much dearer waits, as the edges of a model do that is flat between them.
 //
 // Places are floats, in 4096ths of the model's diagonal; the distance is unsigned and to the faces around alone. It
 // only decides what is merged when: what is *stated* of a model is measured by surface_error.h. Deterministic. Not
@@ -27,12 +29,16 @@ namespace fanstream {
 class DistanceLimit {
  public:
   static constexpr double kShare = 0.9;
+  static constexpr double kTrialShare = 0.05;
+  static constexpr float kTrialGrowth = 4.0F;
 
   // About 110 bytes a triangle. Faces are those of the mesh before any merge. Precondition: growth > 0.
   DistanceLimit(const TriangleMesh& mesh, double growth);
 
-  // From now on merges are of the next generation. `limited`: its limit follows from the last one's merges.
-  void begin_generation(bool limited);
+  // From now on merges are of the next generation, of a mesh of so many vertices. `limited`: its limit follows from the
+  // last one's merges.
+  void begin_generation(std::uint32_t vertices, bool limited);
+  // Of the merges that are to come.
   bool is_limited() const { return limit_ < std::numeric_limits<float>::infinity(); }
 
   // Whether the merge leaves all points around it within the limit, with the parent at `target`.
@@ -56,6 +62,7 @@ class DistanceLimit {
   };
 
   glm::vec3 scaled(const glm::dvec3& p) const { return glm::vec3((p - middle_) * scale_); }
+  void set_limit(float growth);
   bool has_edge(VertexId from, VertexId to) const;
   void add_point(const glm::dvec3& place, std::uint32_t face);
   void gather(VertexId root, VertexId removed);
@@ -69,7 +76,9 @@ class DistanceLimit {
   std::vector<Point> points_;
   std::vector<Face> faces_;
   FacesAround around_;
+  static constexpr float kLeast = 1e-3F;                  // limit: what the rounding of places may add up to
   float limit_ = std::numeric_limits<float>::infinity();  // squared
+  std::size_t trial_merges_ = 0;                          // that set the limit; 0: it is set
   std::vector<float> reached_;                            // by merge of this generation, squared
 
   // Of the merge at hand.

@@ -25,9 +25,11 @@ std::vector<std::uint32_t> slab_borders(std::span<const std::uint32_t> vertices,
   return borders;
 }
 
-// Models of which distances are limited: it takes about as long as all the rest of a build.
-constexpr std::uint32_t kFewestLimited = 20'000;
+// Models of which distances are limited: it takes about as long as all the rest of a build. Of fewer vertices what
+// counts is that valences are even (merge_valences.h).
+constexpr std::uint32_t kFewestLimited = 1'000;
 constexpr std::uint32_t kMostLimited = 100'000;
+constexpr std::uint32_t kFewestMedium = 20'000;
 
 }  // namespace
 
@@ -38,14 +40,16 @@ Granularity default_granularity(std::uint32_t vertex_count) {
   const double even = share_between(20'000.0, 40'000.0);
   const double large = share_between(50'000.0, 400'000.0);
   const auto between = [](double share, double from, double to) { return from * std::pow(to / from, share); };
+  const double medium = share_between(5'000.0, kFewestMedium);
   const bool limited = vertex_count >= kFewestLimited && vertex_count <= kMostLimited;
+  const bool is_medium = limited && vertex_count >= kFewestMedium;
   Granularity granularity;
-  granularity.cell_vertices = between(large, limited ? 64.0 : 48.0, 3.7);
+  granularity.cell_vertices = between(large, is_medium ? 64.0 : 48.0, 3.7);
   granularity.slab_growth = between(large, 4.0, 9.5);
   granularity.segment_splits = between(large, between(even, 20.0, 8.0), 1.3);
-  granularity.edges_per_vertex = between(large, limited ? 1.65 : 1.5, 2.5);
-  granularity.evenness = std::min(2.0 * even, limited ? 1.0 : 2.0) + 2.0 * large;
-  granularity.distance_growth = limited ? between(even, 1.45, 1.27) : 0.0;
+  granularity.edges_per_vertex = between(large, is_medium ? 1.65 : 1.5, 2.5);
+  granularity.evenness = std::min(2.0 * even, is_medium ? 1.0 : 2.0) + 2.0 * large;
+  granularity.distance_growth = limited ? between(even, between(medium, 1.8, 1.45), 1.27) : 0.0;
   granularity.fine_share = 1.0 - 0.05 * large;
   return granularity;
 }

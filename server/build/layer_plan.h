@@ -22,9 +22,9 @@ struct Granularity {
 // A view shows all of a small model, but a small part of a large one, or all of it coarsely: what it needs beyond that,
 // be it because something depends on it or because a cell has one place that is further off than the rest, weighs more
 // then than the bytes of tables. So from 20,000 to 40,000 vertices errors become even and layers finer, and from 50,000
-// to 400,000 cells small. Up to 100,000 vertices what a merge may leave is limited too, the more strictly the larger
-// the model; evenness need not do all then, which pays for the bytes. Beyond, it would double the time of a build that
-// takes seconds. Measured in tests/bench/RESULTS.md.
+// to 400,000 cells small. From 1,000 to 100,000 vertices what a merge may leave is limited, the more strictly the
+// larger the model; from 20,000 on evenness need not do all then, which pays for the bytes. Beyond, it would double the
+// time of a build that takes seconds. Measured in tests/bench/RESULTS.md.
 Granularity default_granularity(std::uint32_t vertex_count);
 
 struct LayerPlan {

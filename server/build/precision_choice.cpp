@@ -2,11 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
+#include <numeric>
 
 #include "common/geometry/triangle_tree.h"
 
 namespace fanstream {
 namespace {
+
+double area_of(const TriangleMesh& mesh, const Triangle& t) {
+  const glm::dvec3 a = mesh.positions[t[0]];
+  return 0.5 * glm::length(glm::cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
+}
 
 // The levels of a history, fine to coarse.
 class CoarseningReplay {
@@ -27,6 +34,32 @@ class CoarseningReplay {
       if (m.parent == ParentPosition::free) places_[m.root] = history_.free_places[next_];
       root_of_[m.removed] = m.root;
     }
+  }
+
+  // LevelDistance::known_since of the level as it is now, its faces being `level`'s.
+  std::vector<double> known_since(const TriangleMesh& level) const {
+    std::vector<double> area(places_.size(), 0.0);  // three times that of a vertex
+    double all = 0.0;
+    for (const Triangle& t : level.triangles) {
+      const double of_face = area_of(level, t);
+      for (const VertexId v : t) area[v] += of_face;
+      all += 3.0 * of_face;
+    }
+    std::vector<double> shares(1, 0.0);
+    std::vector<std::uint32_t> touched(places_.size(), 0);  // generations from the coarsest on
+    for (std::uint32_t g = history_.generation_count(); g-- > 0 && history_.generation_begin[g] >= next_;) {
+      for (std::uint32_t m = history_.generation_begin[g]; m < history_.generation_begin[g + 1]; ++m) {
+        touched[history_.merges[m].root] = touched[history_.merges[m].removed] = history_.generation_count() - g;
+      }
+      shares.push_back(0.0);
+    }
+    std::vector<bool> is_split(places_.size(), false);
+    for (std::uint32_t m = 0; m < next_; ++m) is_split[history_.merges[m].root] = true;
+    for (VertexId v = 0; v < area.size(); ++v) {
+      if (is_split[v] && all > 0.0) shares[touched[v]] += area[v] / all;
+    }
+    std::partial_sum(shares.begin(), shares.end(), shares.begin());
+    return shares;
   }
 
   TriangleMesh level() {
@@ -55,21 +88,40 @@ class CoarseningReplay {
 // Where more of the vertices are told exactly anyway, leaving bits out of the rest costs a decoder more than it saves.
 constexpr double kMostFinal = 0.4;
 
-double sampled_distance(const TriangleMesh& model, const TriangleMesh& level) {
+// Points of a surface, evenly by area.
+std::vector<glm::dvec3> spread_points(const TriangleMesh& model, std::size_t count) {
+  std::vector<double> area_before(1, 0.0);
+  for (const Triangle& t : model.triangles) area_before.push_back(area_before.back() + area_of(model, t));
+  std::vector<glm::dvec3> points;
+  std::size_t face = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double at = (static_cast<double>(i) + 0.5) / static_cast<double>(count) * area_before.back();
+    while (face + 1 < model.triangles.size() && area_before[face + 1] < at) ++face;
+    // Roberts' sequence, folded into the triangle.
+    double u = std::fmod(0.5 + 0.7548776662466927 * static_cast<double>(i), 1.0);
+    double v = std::fmod(0.5 + 0.5698402909980532 * static_cast<double>(i), 1.0);
+    if (u + v > 1.0) {
+      u = 1.0 - u;
+      v = 1.0 - v;
+    }
+    const Triangle& t = model.triangles[face];
+    const glm::dvec3 a = model.positions[t[0]];
+    points.push_back(a + u * (model.positions[t[1]] - a) + v * (model.positions[t[2]] - a));
+  }
+  return points;
+}
+
+double sampled_distance(const std::vector<glm::dvec3>& points, const TriangleMesh& level) {
   const Result<TriangleTree> tree = TriangleTree::build(level);
   if (!tree) return 0.0;
-  constexpr std::size_t kSamples = 4000;
-  const std::size_t stride = 1 + model.positions.size() / kSamples;
   double sum = 0.0;
-  double count = 0.0;
   std::uint32_t hint = 0;
-  for (std::size_t v = 0; v < model.positions.size(); v += stride) {
-    const SurfacePoint nearest = tree->closest(model.positions[v], hint);
+  for (const glm::dvec3& p : points) {
+    const SurfacePoint nearest = tree->closest(p, hint);
     hint = nearest.slot;
     sum += nearest.squared_distance;
-    count += 1.0;
   }
-  return std::sqrt(sum / count);
+  return std::sqrt(sum / static_cast<double>(points.size()));
 }
 
 // Between two levels straight in logarithms; before the first and behind the last in inverse proportion to the
@@ -106,16 +158,21 @@ std::vector<double> final_shares(std::size_t vertex_count, const MergeHistory& h
 // Mean square distance of a cell's codes from the one that stands for them, in steps of the grid.
 double cell_noise(std::uint32_t bits) { return (std::exp2(2.0 * bits) - 1.0) / 12.0 + 0.25; }
 
+// Of places on the grid itself, likewise.
+constexpr double kRoundingNoise = 1.0 / 12.0;
+
 }  // namespace
 
 std::vector<LevelDistance> measure_level_distances(const TriangleMesh& mesh, const MergeHistory& history) {
   std::vector<LevelDistance> levels;
   CoarseningReplay replay(mesh, history);
-  std::uint32_t most = std::min<std::uint32_t>(static_cast<std::uint32_t>(mesh.positions.size()) / 4, 50'000);
+  const std::vector<glm::dvec3> points = spread_points(mesh, 4000);
+  std::uint32_t most = std::min<std::uint32_t>(static_cast<std::uint32_t>(mesh.positions.size()) / 2, 50'000);
   for (const std::uint32_t end : history.generation_begin) {
     replay.coarsen_to(end);
     if (replay.vertices() > most && end != history.merges.size()) continue;
-    levels.push_back({replay.vertices(), sampled_distance(mesh, replay.level())});
+    const TriangleMesh level = replay.level();
+    levels.push_back({replay.vertices(), sampled_distance(points, level), replay.known_since(level)});
     most = replay.vertices() / 2;
   }
   return levels;
@@ -133,6 +190,13 @@ PlacePrecision choose_precision(const TriangleMesh& mesh, const MergeHistory& hi
     const std::uint32_t merged = history.generation_begin[history.generation_count() - g];
     const double off = distance_at(levels, static_cast<double>(mesh.positions.size()) - merged) / grid.step();
     while (left > 0 && cell_noise(left) > noise * off * off) --left;
+    for (const LevelDistance& level : levels) {
+      const double level_off = level.rms / grid.step();
+      while (left > 0 && g < level.known_since.size() &&
+             cell_noise(left) * level.known_since[g] > noise * (level_off * level_off + kRoundingNoise)) {
+        --left;
+      }
+    }
     if (g > 0 && final_share[g - 1] > kMostFinal) left = 0;
     left_out.push_back(static_cast<std::uint8_t>(left));
   }

@@ -40,7 +40,7 @@ class Simplifier {
     everything_ = false;
     bool limited = false;
     while (alive_ > options_.base_vertices && history.generation_begin.size() <= kMostGenerations) {
-      if (limit_) limit_->begin_generation(limited);
+      if (limit_) limit_->begin_generation(alive_, limited);
       run_generation(history);
       const auto made = static_cast<std::uint32_t>(history.merges.size()) - history.generation_begin.back();
       if (made != 0) history.generation_begin.push_back(static_cast<std::uint32_t>(history.merges.size()));

@@ -17,12 +17,7 @@ struct Fixture {
   MergeHistory history = simplify(mesh, same_options());
   CodedHistory coded{history, places(), grid, asset->asset_head()->precision};
 
-  SimplifyOptions same_options() const {
-    SimplifyOptions options;
-    options.base_vertices = *small_cells().base_vertices;
-    options.edges_per_vertex = small_cells().edges_per_vertex.value_or(options.edges_per_vertex);
-    return options;
-  }
+  SimplifyOptions same_options() const { return simplify_options_of(mesh, small_cells()); }
   std::vector<GridPoint> places() const {
     std::vector<GridPoint> result;
     for (const glm::dvec3& p : mesh.positions) result.push_back(grid.encode(p));

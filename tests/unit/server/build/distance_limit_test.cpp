@@ -90,7 +90,8 @@ TEST(DistanceLimit, IsThatShareOfWhatTheLastGenerationHasLeft) {
     const std::vector<Edge> edges = scattered_edges(mesh, random);
     ASSERT_GT(edges.size(), 60U);
     DistanceLimit limit(mesh, kGrowth);
-    limit.begin_generation(false);
+    const auto vertices = static_cast<std::uint32_t>(mesh.positions.size());
+    limit.begin_generation(vertices, false);
     EXPECT_FALSE(limit.is_limited());
     std::vector<double> reached;
     for (std::size_t i = 0; i < edges.size() / 2; ++i) {
@@ -101,7 +102,7 @@ TEST(DistanceLimit, IsThatShareOfWhatTheLastGenerationHasLeft) {
     std::sort(reached.begin(), reached.end());
     const double most =
         kGrowth * reached[static_cast<std::size_t>(DistanceLimit::kShare * static_cast<double>(reached.size() - 1))];
-    limit.begin_generation(true);
+    limit.begin_generation(vertices, true);
     ASSERT_TRUE(limit.is_limited());
     for (std::size_t i = edges.size() / 2; i < edges.size(); ++i) {
       const double distance = reached_by(mesh, edges[i]);
@@ -110,11 +111,60 @@ TEST(DistanceLimit, IsThatShareOfWhatTheLastGenerationHasLeft) {
       EXPECT_EQ(is_allowed, distance < most) << "edge " << i;
       ++(is_allowed ? allowed : refused);
     }
-    limit.begin_generation(false);
+    limit.begin_generation(vertices, false);
     EXPECT_TRUE(limit.allows(edges.back().root, edges.back().removed, mesh.positions[edges.back().root]));
   }
   EXPECT_GT(allowed, 20U);
   EXPECT_GT(refused, 20U);
+}
+
+TEST(DistanceLimit, OfAGenerationThatBeginsWithoutOneFollowsFromItsFirstMerges) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    testing::SeededRandom random(seed);
+    const TriangleMesh mesh = testing::make_terrain(60, 50, seed);
+    const std::vector<Edge> edges = scattered_edges(mesh, random);
+    constexpr std::size_t kFirst = 20;
+    ASSERT_GT(edges.size(), 2 * kFirst);
+    DistanceLimit limit(mesh, 1.3);
+    limit.begin_generation(static_cast<std::uint32_t>(std::ceil(kFirst / DistanceLimit::kTrialShare)), false);
+    std::vector<double> reached;
+    for (std::size_t i = 0; i < kFirst; ++i) {
+      EXPECT_FALSE(limit.is_limited()) << i;
+      ASSERT_TRUE(limit.allows(edges[i].root, edges[i].removed, mesh.positions[edges[i].root]));
+      limit.merge(edges[i].root, edges[i].removed);
+      reached.push_back(reached_by(mesh, edges[i]));
+    }
+    ASSERT_TRUE(limit.is_limited());
+    std::sort(reached.begin(), reached.end());
+    const double most = DistanceLimit::kTrialGrowth *
+                        reached[static_cast<std::size_t>(DistanceLimit::kShare * static_cast<double>(kFirst - 1))];
+    for (std::size_t i = kFirst; i < edges.size(); ++i) {
+      const double distance = reached_by(mesh, edges[i]);
+      if (std::fabs(distance - most) < 1e-4 * most) continue;  // single precision
+      EXPECT_EQ(limit.allows(edges[i].root, edges[i].removed, mesh.positions[edges[i].root]), distance < most) << i;
+    }
+  }
+}
+
+// What is flat but for a few edges: these wait until there is nothing else.
+TEST(DistanceLimit, MergesThatCostNothingGoBeforeOthersAtOnce) {
+  TriangleMesh mesh = testing::make_grid(20, 20);
+  const auto at = [](VertexId x, VertexId y) { return 21 * y + x; };
+  for (VertexId y = 0; y <= 20; ++y) mesh.positions[at(10, y)].z = 5.0;  // a roof
+  DistanceLimit limit(mesh, 1.6);
+  const auto allows = [&](VertexId root, VertexId removed) {
+    return limit.allows(root, removed, mesh.positions[root]);
+  };
+  limit.begin_generation(40, false);
+  for (const VertexId x : {2U, 6U}) {
+    ASSERT_TRUE(allows(at(x, 4), at(x + 1, 4)));
+    limit.merge(at(x, 4), at(x + 1, 4));
+  }
+  ASSERT_TRUE(limit.is_limited());
+  EXPECT_FALSE(allows(at(9, 14), at(10, 14))) << "the ridge would sink";
+  EXPECT_TRUE(allows(at(10, 15), at(10, 14))) << "along the ridge";
+  EXPECT_TRUE(allows(at(14, 14), at(15, 14)));
 }
 
 // A point that one generation has left far off is far off for the next one too, whatever that does around it.
@@ -126,10 +176,10 @@ TEST(DistanceLimit, RemembersWhatEarlierGenerationsHaveLeft) {
   const auto allows = [&](VertexId root, VertexId removed) {
     return limit.allows(root, removed, mesh.positions[root]);
   };
-  limit.begin_generation(false);
+  limit.begin_generation(169, false);
   ASSERT_TRUE(allows(at(4, 3), at(3, 3)));
   limit.merge(at(4, 3), at(3, 3));
-  limit.begin_generation(true);
+  limit.begin_generation(168, true);
   EXPECT_FALSE(allows(at(4, 3), at(4, 2))) << "the faces around still have the peak";
   EXPECT_TRUE(allows(at(9, 9), at(10, 9))) << "all is flat";
   limit.merge(at(9, 9), at(10, 9));
@@ -143,7 +193,7 @@ TEST(DistanceLimit, PointsInOnePlaceAndHugeOnesDoNoHarm) {
     testing::SeededRandom random(1);
     DistanceLimit limit(mesh, 1.27);
     for (const bool limited : {false, true}) {
-      limit.begin_generation(limited);
+      limit.begin_generation(static_cast<std::uint32_t>(mesh.positions.size()), limited);
       for (const Edge& edge : scattered_edges(mesh, random)) {
         limit.allows(edge.root, edge.removed, mesh.positions[edge.root]);
         if (!limited) limit.merge(edge.root, edge.removed);

@@ -89,7 +89,9 @@ TEST(DefaultGranularity, CutsLargeModelsFinelyAndSmallOnesCoarsely) {
     EXPECT_DOUBLE_EQ(found.distance_growth, expected.distance_growth) << vertices;
     EXPECT_DOUBLE_EQ(found.fine_share, expected.fine_share) << vertices;
   };
-  for (const std::uint32_t small : {0U, 3U, 1000U, 19'999U}) expect(small, {48.0, 4.0, 20.0, 1.5, 0.0, 0.0, 1.0});
+  for (const std::uint32_t tiny : {0U, 3U, 999U}) expect(tiny, {48.0, 4.0, 20.0, 1.5, 0.0, 0.0, 1.0});
+  for (const std::uint32_t small : {1'000U, 5'000U}) expect(small, {48.0, 4.0, 20.0, 1.5, 0.0, 1.8, 1.0});
+  expect(10'000, {48.0, 4.0, 20.0, 1.5, 0.0, std::sqrt(1.8 * 1.45), 1.0});
   expect(20'000, {64.0, 4.0, 20.0, 1.65, 0.0, 1.45, 1.0});
   for (const std::uint32_t middling : {40'000U, 50'000U}) expect(middling, {64.0, 4.0, 8.0, 1.65, 1.0, 1.27, 1.0});
   for (const std::uint32_t large : {400'000U, 5'000'000U, 1U << 28U})

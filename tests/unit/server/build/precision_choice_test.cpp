@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <glm/common.hpp>
 
 #include "common/geometry/mesh_distance.h"
 #include "tests/support/asset_helpers.h"
@@ -22,7 +23,7 @@ TEST(PrecisionChoice, LevelsAreMeasuredFineToCoarse) {
   const MergeHistory history = simplify(mesh, down_to(60));
   const std::vector<LevelDistance> levels = measure_level_distances(mesh, history);
   ASSERT_GE(levels.size(), 4U);
-  EXPECT_LE(levels.front().vertices, mesh.positions.size() / 4);
+  EXPECT_LE(levels.front().vertices, mesh.positions.size() / 2);
   EXPECT_EQ(levels.back().vertices, history.base_vertices);
   for (std::size_t i = 1; i < levels.size(); ++i) {
     EXPECT_LT(levels[i].vertices, levels[i - 1].vertices);
@@ -67,6 +68,56 @@ TEST(PrecisionChoice, CellsAreAsCoarseAsTheNoiseAllows) {
     EXPECT_EQ(precision.left_out(history.generation_count()), 0U);
   }
   EXPECT_TRUE(choose_precision(mesh, history, grid, 0.0).is_exact());
+}
+
+// A box whose faces are finely cut, flat but for its edges, beside a torus: where that has become coarse, much of the
+// box has lain where it is for long.
+TriangleMesh box_and_torus() {
+  TriangleMesh both = testing::make_torus(90, 60);
+  const TriangleMesh ball = testing::make_sphere(60, 40);
+  const auto first = static_cast<VertexId>(both.positions.size());
+  for (const glm::dvec3& p : ball.positions) {
+    const glm::dvec3 cube = glm::clamp(2.0 * p, glm::dvec3(-1.0), glm::dvec3(1.0));
+    both.positions.push_back(cube * glm::dvec3(9.0, 6.0, 3.3) + glm::dvec3(20.0, 0.0, 0.0));
+  }
+  for (const Triangle& t : ball.triangles) both.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  return both;
+}
+
+TEST(PrecisionChoice, WhatIsKnownSinceAGenerationGrowsWithItUpToAllThatIsToBeSplit) {
+  for (const TriangleMesh& mesh : {testing::make_torus(90, 60), box_and_torus()}) {
+    const MergeHistory history = simplify(mesh, down_to(60));
+    for (const LevelDistance& level : measure_level_distances(mesh, history)) {
+      SCOPED_TRACE(level.vertices);
+      std::uint32_t generation = 0;  // that makes the level, counted from the coarsest
+      while (mesh.positions.size() - history.generation_begin[history.generation_count() - generation] < level.vertices)
+        ++generation;
+      ASSERT_EQ(level.known_since.size(), generation + 1U);
+      for (std::size_t g = 1; g < level.known_since.size(); ++g) {
+        EXPECT_GE(level.known_since[g], level.known_since[g - 1]);
+      }
+      EXPECT_GT(level.known_since.back(), 0.0);
+      EXPECT_LE(level.known_since.back(), 1.0 + 1e-9);
+    }
+  }
+}
+
+TEST(PrecisionChoice, PlacesThatStayAreAsExactAsTheLevelsThatShowThem) {
+  constexpr double kNoise = 0.15;
+  for (const TriangleMesh& mesh : {testing::make_torus(90, 60), box_and_torus()}) {
+    const MergeHistory history = simplify(mesh, down_to(60));
+    const PositionGrid grid = PositionGrid::fit(mesh.positions, 12);
+    const PlacePrecision precision = choose_precision(mesh, history, grid, kNoise);
+    EXPECT_FALSE(precision.is_exact());
+    for (const LevelDistance& level : measure_level_distances(mesh, history)) {
+      const double off = level.rms / grid.step();
+      for (std::uint32_t g = 0; g < level.known_since.size(); ++g) {
+        const double cell = std::exp2(2.0 * precision.left_out(g)) / 12.0;  // mean square, in steps of the grid
+        if (precision.left_out(g) == 0) continue;
+        EXPECT_LE(cell * level.known_since[g], kNoise * (off * off + 0.1)) << level.vertices << " since " << g;
+      }
+    }
+  }
 }
 
 // There is nothing to hide noise in.
