@@ -3,18 +3,25 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <glm/common.hpp>
+#include <cstring>
+#include <memory>
 
 namespace fanstream {
 namespace {
 
 // What is compared, side by side in memory.
-struct PlacedVertex {
+struct alignas(16) PlacedVertex {
   GridPoint place;
   std::uint32_t rank;  // in the order that breaks ties
   std::int32_t code(int axis) const { return (&place.x)[axis]; }
   std::uint64_t key(int axis) const { return std::uint64_t{static_cast<std::uint32_t>(code(axis))} << 32U | rank; }
+  Int4 lanes() const {  // the place, and whatever
+    Int4 result;
+    std::memcpy(&result, this, sizeof(result));
+    return result;
+  }
 };
+static_assert(sizeof(PlacedVertex) == sizeof(Int4));
 
 struct Partitioner {
   std::span<const VertexId> ids;  // by rank
@@ -23,11 +30,15 @@ struct Partitioner {
   std::vector<std::uint64_t> keys;  // of the vertices in doubt
 
   int longest_axis(std::span<const PlacedVertex> vertices, GridPoint& low, GridPoint& high) const {
-    low = high = vertices.front().place;
+    Int4 least = vertices.front().lanes();
+    Int4 most = least;
     for (const PlacedVertex& v : vertices) {
-      low = glm::min(low, v.place);
-      high = glm::max(high, v.place);
+      const Int4 place = v.lanes();
+      least = place < least ? place : least;
+      most = place > most ? place : most;
     }
+    low = to_ivec3(least);
+    high = to_ivec3(most);
     int longest = 0;
     const glm::vec3 size = glm::vec3(high - low) * unit;
     for (int axis = 1; axis < 3; ++axis) {
@@ -96,10 +107,12 @@ std::vector<std::vector<VertexId>> partition_vertices(std::span<const VertexId> 
   std::vector<std::vector<VertexId>> groups;
   groups.reserve(parts);
   const auto levels = static_cast<std::size_t>(std::bit_width(parts));
-  std::vector<PlacedVertex> room((levels + 1) * (vertices.size() + 1));
+  const std::size_t size = (levels + 1) * (vertices.size() + 1);
+  const auto memory = std::make_unique_for_overwrite<PlacedVertex[]>(size);
+  const std::span<PlacedVertex> room(memory.get(), size);
   for (std::uint32_t r = 0; r < vertices.size(); ++r) room[r] = {places[vertices[r]].place, r};
-  const std::span<PlacedVertex> all = std::span(room).first(vertices.size());
-  Partitioner{vertices, unit, groups, {}}.cut(all, std::span(room).subspan(all.size()), parts);
+  const std::span<PlacedVertex> all = room.first(vertices.size());
+  Partitioner{vertices, unit, groups, {}}.cut(all, room.subspan(all.size()), parts);
   return groups;
 }
 
