@@ -20,6 +20,8 @@ struct FanWalk {
   alignas(32) std::array<VertexId, kEntries> ids;
   alignas(32) std::array<LinkedFans::CornerId, kEntries> corners;
 
+  FanWalk() {}  // NOLINT: not defaulted, so that entries are not set to zero where many are made
+
   void go_around(const LinkedFans& fans, VertexId v) {
     size = fans.ring_size(v);
     const LinkedFans::CornerId at = go_eight(fans.corners(), fans.corner(v), 0);

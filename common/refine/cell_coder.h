@@ -22,6 +22,7 @@ struct CellCoding {
   struct Root {
     VertexId vertex = 0;
     FanWalk walk;  // before its first split
+    Root() {}      // NOLINT: like a walk
   };
   const SplitModel& model;
   const PositionGrid& grid;
