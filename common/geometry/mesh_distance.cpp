@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <utility>
 #include <vector>
 
@@ -71,11 +70,6 @@ class Measurement {
   Sum vertices_;
   Sum area_;
 };
-
-double area_of(const TriangleMesh& mesh, const Triangle& t) {
-  const glm::dvec3& a = mesh.positions[t[0]];
-  return 0.5 * glm::length(glm::cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
-}
 
 // Uniform over the triangle: Turk, "Generating random points in triangles", Graphics Gems, 1990.
 glm::dvec3 random_point(const TriangleMesh& mesh, const Triangle& t, SplitMix64& random) {

@@ -18,6 +18,11 @@ Bounds bounds_of(const std::vector<glm::dvec3>& positions) {
   return box;
 }
 
+double area_of(const TriangleMesh& mesh, const Triangle& face) {
+  const glm::dvec3& a = mesh.positions[face[0]];
+  return 0.5 * glm::length(glm::cross(mesh.positions[face[1]] - a, mesh.positions[face[2]] - a));
+}
+
 std::size_t count_components(std::size_t vertex_count, const std::vector<Triangle>& triangles) {
   std::vector<VertexId> parent(vertex_count);
   std::iota(parent.begin(), parent.end(), VertexId{0});

@@ -26,6 +26,9 @@ struct Bounds {
 };
 Bounds bounds_of(const std::vector<glm::dvec3>& positions);
 
+// Of a face, in the square of the model's unit.
+double area_of(const TriangleMesh& mesh, const Triangle& face);
+
 // Connected components by shared vertices.
 std::size_t count_components(std::size_t vertex_count, const std::vector<Triangle>& triangles);
 

@@ -50,9 +50,8 @@ void DistanceLimit::begin_generation(std::uint32_t vertices, bool limited) {
 
 // From what was reached.
 void DistanceLimit::set_limit(float growth) {
-  std::vector<float> sorted = reached_;
-  const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(sorted.size() - 1));
-  std::nth_element(sorted.begin(), at, sorted.end());
+  const auto at = reached_.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(reached_.size() - 1));
+  std::nth_element(reached_.begin(), at, reached_.end());
   limit_ = std::max(growth * growth * *at, kLeast * kLeast);
   trial_merges_ = 0;
 }

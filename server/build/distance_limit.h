@@ -79,7 +79,7 @@ class DistanceLimit {
   static constexpr float kLeast = 1e-3F;                  // limit: what the rounding of places may add up to
   float limit_ = std::numeric_limits<float>::infinity();  // squared
   std::size_t trial_merges_ = 0;                          // that set the limit; 0: it is set
-  std::vector<float> reached_;                            // by merge of this generation, squared
+  std::vector<float> reached_;                            // by the merges of this generation, squared, in no order
 
   // Of the merge at hand.
   glm::vec3 target_{0.0F};

@@ -2,18 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <numeric>
 
 #include "common/geometry/triangle_tree.h"
 
 namespace fanstream {
 namespace {
-
-double area_of(const TriangleMesh& mesh, const Triangle& t) {
-  const glm::dvec3 a = mesh.positions[t[0]];
-  return 0.5 * glm::length(glm::cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
-}
 
 // The levels of a history, fine to coarse.
 class CoarseningReplay {

@@ -46,7 +46,7 @@ class Sums {
  private:
   void add_face(const Triangle& t) {
     const auto at = [&](std::size_t i) -> const glm::dvec3& { return mesh_.positions[t[i]]; };
-    const double area = 0.5 * glm::length(glm::cross(at(1) - at(0), at(2) - at(0)));
+    const double area = area_of(mesh_, t);
     for (std::size_t i = 0; i < 3; ++i) {
       areas_[t[i]] += area;
       if (angles_.empty()) continue;
