@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/geometry/spread_points.h"
 #include "common/geometry/triangle_tree.h"
 
 namespace fanstream {
@@ -82,36 +83,13 @@ class CoarseningReplay {
 // Where more of the vertices are told exactly anyway, leaving bits out of the rest costs a decoder more than it saves.
 constexpr double kMostFinal = 0.4;
 
-// Points of a surface, evenly by area.
-std::vector<glm::dvec3> spread_points(const TriangleMesh& model, std::size_t count) {
-  std::vector<double> area_before(1, 0.0);
-  for (const Triangle& t : model.triangles) area_before.push_back(area_before.back() + area_of(model, t));
-  std::vector<glm::dvec3> points;
-  std::size_t face = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double at = (static_cast<double>(i) + 0.5) / static_cast<double>(count) * area_before.back();
-    while (face + 1 < model.triangles.size() && area_before[face + 1] < at) ++face;
-    // Roberts' sequence, folded into the triangle.
-    double u = std::fmod(0.5 + 0.7548776662466927 * static_cast<double>(i), 1.0);
-    double v = std::fmod(0.5 + 0.5698402909980532 * static_cast<double>(i), 1.0);
-    if (u + v > 1.0) {
-      u = 1.0 - u;
-      v = 1.0 - v;
-    }
-    const Triangle& t = model.triangles[face];
-    const glm::dvec3 a = model.positions[t[0]];
-    points.push_back(a + u * (model.positions[t[1]] - a) + v * (model.positions[t[2]] - a));
-  }
-  return points;
-}
-
-double sampled_distance(const std::vector<glm::dvec3>& points, const TriangleMesh& level) {
+double sampled_distance(const std::vector<SpreadPoint>& points, const TriangleMesh& level) {
   const Result<TriangleTree> tree = TriangleTree::build(level);
   if (!tree) return 0.0;
   double sum = 0.0;
   std::uint32_t hint = 0;
-  for (const glm::dvec3& p : points) {
-    const SurfacePoint nearest = tree->closest(p, hint);
+  for (const SpreadPoint& p : points) {
+    const SurfacePoint nearest = tree->closest(p.place, hint);
     hint = nearest.slot;
     sum += nearest.squared_distance;
   }
@@ -160,7 +138,7 @@ constexpr double kRoundingNoise = 1.0 / 12.0;
 std::vector<LevelDistance> measure_level_distances(const TriangleMesh& mesh, const MergeHistory& history) {
   std::vector<LevelDistance> levels;
   CoarseningReplay replay(mesh, history);
-  const std::vector<glm::dvec3> points = spread_points(mesh, 4000);
+  const std::vector<SpreadPoint> points = spread_points(mesh, 4000);
   std::uint32_t most = std::min<std::uint32_t>(static_cast<std::uint32_t>(mesh.positions.size()) / 2, 50'000);
   for (const std::uint32_t end : history.generation_begin) {
     replay.coarsen_to(end);
