@@ -23,9 +23,10 @@ class Measurement {
     using Step = Result<void> (Measurement::*)();
     constexpr std::pair<ViewsPart, Step> kSteps[] = {
         {ViewsPart::memory, &Measurement::memory},  // first: the less was done before, the fewer remains of pages
-        {ViewsPart::bytes, &Measurement::bytes},   {ViewsPart::forced, &Measurement::forced},
-        {ViewsPart::link, &Measurement::link},     {ViewsPart::rates, &Measurement::rates},
-        {ViewsPart::moves, &Measurement::moves},   {ViewsPart::planner, &Measurement::planner}};
+        {ViewsPart::bytes, &Measurement::bytes},    {ViewsPart::peers, &Measurement::peers},
+        {ViewsPart::forced, &Measurement::forced},  {ViewsPart::link, &Measurement::link},
+        {ViewsPart::rates, &Measurement::rates},    {ViewsPart::moves, &Measurement::moves},
+        {ViewsPart::planner, &Measurement::planner}};
     for (const auto& [part, step] : kSteps) {
       if (std::find(options_.parts.begin(), options_.parts.end(), part) == options_.parts.end()) continue;
       if (Result<void> done = (this->*step)(); !done) return tl::unexpected(named(done.error()));
@@ -112,6 +113,15 @@ class Measurement {
         results->push_back(*delivered);
       }
     }
+    return {};
+  }
+
+  Result<void> peers() {
+    tell("the peer's levels for the view");
+    Result<std::vector<ViewBesidePeer>> measured =
+        measure_views_beside_peer(asset_, full_, view_, options_.tolerances_px, options_.face_samples);
+    if (!measured) return tl::unexpected(measured.error());
+    figures_.beside_peer = std::move(*measured);
     return {};
   }
 

@@ -16,12 +16,13 @@
 #include "tests/bench/move_rate.h"
 #include "tests/bench/rate_distortion.h"
 #include "tests/bench/view_bytes.h"
+#include "tests/bench/view_peer.h"
 
 namespace fanstream::bench {
 
-enum class ViewsPart : std::uint8_t { bytes, forced, link, rates, moves, memory, planner };
-inline constexpr std::array kAllViewsParts{ViewsPart::bytes, ViewsPart::forced, ViewsPart::link,   ViewsPart::rates,
-                                           ViewsPart::moves, ViewsPart::memory, ViewsPart::planner};
+enum class ViewsPart : std::uint8_t { bytes, peers, forced, link, rates, moves, memory, planner };
+inline constexpr std::array kAllViewsParts{ViewsPart::bytes, ViewsPart::peers, ViewsPart::forced, ViewsPart::link,
+                                           ViewsPart::rates, ViewsPart::moves, ViewsPart::memory, ViewsPart::planner};
 
 struct ViewsOptions {
   std::optional<int> position_bits;  // default: as the builder's
@@ -43,6 +44,7 @@ struct ViewsFigures {
   double draco_decode_s = 0.0;
   // By tolerance; with plain_criteria(), and with the client's defaults.
   std::vector<ViewBytes> plain, usual;
+  std::vector<ViewBesidePeer> beside_peer;   // by tolerance
   std::optional<ForcedShare> disc1, disc10;  // 1 % and 10 % of the vertices
   std::vector<CloseUp> close_ups;            // to a tenth of all the surface, and of what faces the eye
   std::optional<FirstImage> image;

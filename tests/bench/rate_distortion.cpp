@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <set>
 
-#include "client/session/draco_peer.h"
 #include "common/geometry/mesh_distance.h"
-#include "tests/bench/meshoptimizer_peer.h"
+#include "tests/bench/peer_level.h"
 
 namespace fanstream::bench {
 
@@ -117,19 +115,6 @@ Result<std::vector<RatePoint>> layer_points(const Curve& curve, std::span<const 
   return points;
 }
 
-// The smallest i in (low, high] for which `reaches` holds, if what holds for one holds for all above it; `high` counts
-// as one that it holds for. To within `close`.
-Result<std::size_t> first_that(std::size_t low, std::size_t high, std::size_t close,
-                               const std::function<Result<bool>(std::size_t)>& reaches) {
-  while (high - low > std::max<std::size_t>(close, 1)) {
-    const std::size_t middle = low + (high - low) / 2;
-    const Result<bool> reached = reaches(middle);
-    if (!reached) return tl::unexpected(reached.error());
-    (*reached ? high : low) = middle;
-  }
-  return high;
-}
-
 Result<double> fewest_segments(const Curve& curve, std::span<const SegmentId> order, double rms) {
   const auto reaches = [&](std::size_t count) -> Result<bool> {
     const Result<RatePoint> point = curve.at(order.first(count));
@@ -143,52 +128,25 @@ Result<double> fewest_segments(const Curve& curve, std::span<const SegmentId> or
   return point->bytes;
 }
 
-struct PeerLevel {
-  TriangleMesh mesh;
-  double rms = 0.0;
-};
-
-Result<PeerLevel> peer_level(const Curve& curve, std::size_t triangles, const PositionGrid& grid) {
-  Result<SimplifyResult> simplified = simplify_with_meshoptimizer(curve.full(), {triangles});
-  if (!simplified) return tl::unexpected(simplified.error());
-  PeerLevel level{std::move(simplified->mesh), 0.0};
-  for (glm::dvec3& p : level.mesh.positions) p = grid.decode(grid.encode(p));
-  const Result<double> rms = curve.rms_of(level.mesh);
-  if (!rms) return tl::unexpected(rms.error());
-  level.rms = *rms;
-  return level;
-}
-
 Result<void> measure_peer(const Curve& curve, const PositionGrid& grid, RateAtRms& rate) {
-  constexpr std::size_t kLeastTriangles = 8;
-  std::size_t low = kLeastTriangles;
-  std::size_t high = curve.full().triangles.size();
-  // First by factors, so that `close` can be a share of what is found.
-  while (high > 2 * low) {
-    const Result<PeerLevel> level = peer_level(curve, high / 2, grid);
+  const auto is_good_enough = [&](std::size_t triangles) -> Result<bool> {
+    const Result<TriangleMesh> level = peer_level(curve.full(), triangles, grid);
     if (!level) return tl::unexpected(level.error());
-    if (level->rms > rate.rms) {
-      low = high / 2;
-      break;
-    }
-    high /= 2;
-  }
-  const auto reaches = [&](std::size_t triangles) -> Result<bool> {
-    const Result<PeerLevel> level = peer_level(curve, triangles, grid);
-    if (!level) return tl::unexpected(level.error());
-    return level->rms <= rate.rms;
+    const Result<double> rms = curve.rms_of(*level);
+    if (!rms) return tl::unexpected(rms.error());
+    return *rms <= rate.rms;
   };
-  const Result<std::size_t> triangles = first_that(low, high, high / 1000, reaches);
+  const Result<std::size_t> triangles = fewest_triangles(curve.full().triangles.size(), is_good_enough);
   if (!triangles) return tl::unexpected(triangles.error());
-  const Result<PeerLevel> level = peer_level(curve, *triangles, grid);
+  const Result<TriangleMesh> level = peer_level(curve.full(), *triangles, grid);
   if (!level) return tl::unexpected(level.error());
-  const Result<GridMesh> on_grid = grid_mesh(level->mesh, grid.step());
-  if (!on_grid) return tl::unexpected(on_grid.error());
-  const Result<DracoFile> file = make_draco_file(*on_grid, 10, 1);
-  if (!file) return tl::unexpected(file.error());
-  rate.peer_bytes = file->bytes.size();
-  rate.peer_triangles = static_cast<std::uint32_t>(level->mesh.triangles.size());
-  rate.peer_rms = level->rms;
+  const Result<double> rms = curve.rms_of(*level);
+  if (!rms) return tl::unexpected(rms.error());
+  const Result<std::size_t> bytes = draco_bytes(*level, grid);
+  if (!bytes) return tl::unexpected(bytes.error());
+  rate.peer_bytes = *bytes;
+  rate.peer_triangles = static_cast<std::uint32_t>(level->triangles.size());
+  rate.peer_rms = *rms;
   return {};
 }
 

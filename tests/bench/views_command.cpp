@@ -13,8 +13,8 @@ namespace fanstream::bench {
 namespace {
 
 // In the order of ViewsPart.
-constexpr std::array<const char*, kAllViewsParts.size()> kPartNames{"bytes", "forced", "link",   "rates",
-                                                                    "moves", "memory", "planner"};
+constexpr std::array<const char*, kAllViewsParts.size()> kPartNames{"bytes", "peers", "forced", "link",
+                                                                    "rates", "moves", "memory", "planner"};
 
 struct Arguments {
   std::vector<std::string> files, parts;

@@ -43,6 +43,40 @@ Section view_bytes(const std::vector<ViewsFigures>& models) {
           std::move(table)};
 }
 
+Section beside_peer(const std::vector<ViewsFigures>& models) {
+  Table table({{"model", "", 0},
+               {"tolerance_px", "to px", 0},
+               {"bytes", "ours", 0},
+               {"draco_share", "/ Draco 10", 3},
+               {"stated_px", "stated px", 2},
+               {"measured_px", "measured px", 2},
+               {"peer_bytes", "meshoptimizer + Draco 10", 0},
+               {"peer_draco_share", "/ Draco 10 ", 3},
+               {"peer_triangles", "triangles", 0},
+               {"peer_px", "measured px ", 2},
+               {"ratio", "ours / peer", 3},
+               {"peer_facing_bytes", "peer, facing only", 0},
+               {"peer_facing_draco_share", "/ Draco 10  ", 3}});
+  for (const ViewsFigures& m : models) {
+    const auto share = [&](std::size_t bytes) {
+      return static_cast<double>(bytes) / static_cast<double>(m.draco_bytes);
+    };
+    for (const ViewBesidePeer& v : m.beside_peer) {
+      const ViewPeer& peer = v.peer;
+      table.add_row({m.model, v.tolerance_px, whole(v.bytes), share(v.bytes), v.stated_px, v.measured_px,
+                     whole(peer.bytes), share(peer.bytes), whole(peer.triangles), peer.error_px,
+                     static_cast<double>(v.bytes) / static_cast<double>(peer.bytes), whole(peer.facing_bytes),
+                     share(peer.facing_bytes)});
+    }
+  }
+  return {"view_beside_peer",
+          "The same view beside one level of detail: ours until the client *states* an error of at most so many px, "
+          "and the coarsest level of meshoptimizer's that is *measured* to be off by no more, on the same grid, coded "
+          "by Draco 10; of all its triangles, and of those alone that face the eye. Measured: the farthest that a "
+          "sample of the full model that faces the eye appears from its place, at the nearest point of what is drawn",
+          std::move(table)};
+}
+
 Section forced(const std::vector<ViewsFigures>& models) {
   Table table({{"model", "", 0},
                {"disc1_splits_percent", "1 %: splits %", 2},
@@ -304,7 +338,7 @@ Section limits_of(const std::vector<ViewsFigures>& models) {
 std::vector<Section> views_sections(const std::vector<ViewsFigures>& models) {
   std::vector<Section> sections;
   if (models.empty()) return sections;
-  for (const auto make : {view_bytes, forced, close_ups, first_image, rates, layers, speed, limits_of}) {
+  for (const auto make : {view_bytes, beside_peer, forced, close_ups, first_image, rates, layers, speed, limits_of}) {
     Section section = make(models);
     if (section.table.row_count() > 0) sections.push_back(std::move(section));
   }
