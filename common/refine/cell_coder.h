@@ -259,7 +259,7 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 
 // Codes and applies the splits of the roots from number `first_root` on, which have been gone around with none lagging,
 // and takes them off coding.roots. Source is what knows the splits: for an encoder the builder's history, for a decoder
-// DecodedSplits. It has
+// what notes them. It has
 //   void describe(SplitInProgress&), which for an encoder fills in the split of split.root, when both vertices are
 //   split next, and the low bits of those that never are; a decoder's may look at the ring, which is not measured yet;
 //   and for an encoder
@@ -292,13 +292,5 @@ Result<void> code_generation(FanState& state, CellVertices& vertices, std::uint3
   }
   return {};
 }
-
-// The source of a decoder, which notes what undoing needs.
-struct DecodedSplits {
-  std::vector<SplitUndo>& undo;
-
-  void describe(SplitInProgress& /*split*/) const {}
-  void made(const SplitUndo& made, VertexId /*added*/) const { undo.push_back(made); }
-};
 
 }  // namespace fanstream

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/geometric.hpp>
+#include <optional>
 
 namespace fanstream {
 
@@ -44,28 +44,13 @@ void CellSurface::finish(const SurfaceErrors& surface, const std::vector<CellEnt
   }
 }
 
-// Around the mean of the patches' axes.
 CodedCone CellSurface::cone_of(const SurfaceErrors& surface, const std::vector<std::uint32_t>& patches) {
-  glm::dvec3 sum(0.0);
-  for (const std::uint32_t p : patches) {
-    const NormalCone& cone = surface.patches[p].normals;
-    if (!(cone.cosine > -1.0F)) return {};
-    sum += glm::dvec3(cone.axis);
-  }
-  const double length = glm::length(sum);
-  if (!(length > 0.0)) return {};
-  const glm::dvec3 axis = sum / length;
-  const auto angle = [](double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)); };
-  double widest = 0.0;
-  for (const std::uint32_t p : patches) {
-    const NormalCone& cone = surface.patches[p].normals;
-    const glm::dvec3 own = glm::normalize(glm::dvec3(cone.axis));
-    widest = std::max(widest, angle(glm::dot(axis, own)) + angle(static_cast<double>(cone.cosine)));
-  }
-  constexpr double kSlack = 1e-5;  // of single precision
-  constexpr double kRightAngle = 1.57;
-  if (widest + kSlack >= kRightAngle) return {};
-  return code_cone(glm::vec3(axis), static_cast<float>(std::cos(widest + kSlack)));
+  constexpr double kRightAngle = 1.57;  // wider ones are of no use
+  cones_.clear();
+  for (const std::uint32_t p : patches) cones_.push_back(surface.patches[p].normals);
+  const std::optional<WideCone> all = cone_around(cones_);
+  if (!all || all->half_angle >= kRightAngle) return {};
+  return code_cone(glm::vec3(all->axis), static_cast<float>(std::cos(all->half_angle)));
 }
 
 }  // namespace fanstream

@@ -32,9 +32,10 @@ class CellSurface {
   };
   Cell& at(std::uint32_t cell);
   static void read(const SurfaceErrors& surface, Cell& cell);
-  static CodedCone cone_of(const SurfaceErrors& surface, const std::vector<std::uint32_t>& patches);
+  CodedCone cone_of(const SurfaceErrors& surface, const std::vector<std::uint32_t>& patches);
 
   std::vector<Cell> cells_;
+  std::vector<NormalCone> cones_;  // scratch
 };
 
 }  // namespace fanstream

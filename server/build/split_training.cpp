@@ -207,29 +207,28 @@ void GeometryTraining::learn_weights(SplitStatistics& statistics, bool at_a_pric
   }
 }
 
-void GeometryTraining::learn_spreads(SplitStatistics& statistics, bool at_a_price) const {
-  std::vector<SpreadFit> fits(SpreadContexts::kSpreads);
+// Calls f(spread, class, amount) for each axis of each sample: how far it is off, in what its spread is said to be.
+template <class F>
+void GeometryTraining::for_each_offset(const SplitStatistics& statistics, const F& f) const {
   for (const Sample& s : samples_) {
     const std::size_t c = s.prediction();
     const Off o = off(s, statistics.weights[c]);
     for (std::size_t i = o.first; i < 3; ++i) {
       const auto spread = static_cast<std::size_t>(o.spreads[i]);
-      fits[spread].add(o.amounts[i] / spread_of(statistics.spreads[spread] + statistics.scales[c]));
+      f(spread, c, o.amounts[i] / spread_of(statistics.spreads[spread] + statistics.scales[c]));
     }
   }
+}
+
+void GeometryTraining::learn_spreads(SplitStatistics& statistics, bool at_a_price) const {
+  std::vector<SpreadFit> fits(SpreadContexts::kSpreads);
+  for_each_offset(statistics, [&](std::size_t spread, std::size_t, auto amount) { fits[spread].add(amount); });
   for (std::size_t i = 0; i < fits.size(); ++i) replace(statistics.spreads[i], fits[i], at_a_price, stride_);
 }
 
 void GeometryTraining::learn_scales(SplitStatistics& statistics, bool at_a_price) const {
   std::vector<SpreadFit> fits(SplitStatistics::kClasses);
-  for (const Sample& s : samples_) {
-    const std::size_t c = s.prediction();
-    const Off o = off(s, statistics.weights[c]);
-    for (std::size_t i = o.first; i < 3; ++i) {
-      const int eighths = statistics.spreads[static_cast<std::size_t>(o.spreads[i])] + statistics.scales[c];
-      fits[c].add(o.amounts[i] / spread_of(eighths));
-    }
-  }
+  for_each_offset(statistics, [&](std::size_t, std::size_t c, auto amount) { fits[c].add(amount); });
   for (std::size_t c = 0; c < fits.size(); ++c) replace(statistics.scales[c], fits[c], at_a_price, stride_);
 }
 

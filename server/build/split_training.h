@@ -72,6 +72,8 @@ class GeometryTraining {
   void learn(SplitStatistics& statistics, bool at_a_price) const;
   void learn_shifts(FreeParentStatistics& statistics) const;
   void learn_weights(SplitStatistics& statistics, bool at_a_price) const;
+  template <class F>
+  void for_each_offset(const SplitStatistics& statistics, const F& f) const;
   void learn_spreads(SplitStatistics& statistics, bool at_a_price) const;
   void learn_scales(SplitStatistics& statistics, bool at_a_price) const;
 

@@ -214,19 +214,10 @@ class SurfacePart {
 
 // Holds both.
 NormalCone joined(const NormalCone& a, const NormalCone& b) {
-  const glm::dvec3 sum = glm::dvec3(a.axis) + glm::dvec3(b.axis);
-  const double length = glm::length(sum);
-  if (!(a.cosine > -1.0F) || !(b.cosine > -1.0F) || !(length > 0.0)) return {};
-  NormalCone both;
-  both.axis = glm::vec3(sum / length);
-  const auto widest = [&](const NormalCone& cone) {
-    const auto angle = [](double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)); };
-    return angle(glm::dot(glm::dvec3(both.axis), glm::dvec3(cone.axis))) + angle(static_cast<double>(cone.cosine));
-  };
-  constexpr double kSlack = 1e-5;  // of single precision
-  const double angle = std::max(widest(a), widest(b)) + kSlack;
-  both.cosine = angle < std::numbers::pi ? static_cast<float>(std::cos(angle)) : -1.0F;
-  return both;
+  const NormalCone cones[] = {a, b};
+  const std::optional<WideCone> both = cone_around(cones);
+  if (!both || both->half_angle >= std::numbers::pi) return {};
+  return {glm::vec3(both->axis), static_cast<float>(std::cos(both->half_angle))};
 }
 
 void join(const std::vector<PatchSurface>& part, std::vector<PatchSurface>& all) {

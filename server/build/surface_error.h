@@ -41,19 +41,13 @@
 #pragma once
 
 #include <future>
-#include <glm/vec3.hpp>
 #include <vector>
 
 #include "server/build/coded_history.h"
+#include "server/build/normal_cone.h"
 #include "server/build/placed_mesh.h"
 
 namespace fanstream {
-
-// Holds the unit vectors n with dot(n, axis) >= cosine; a cosine of -1 means all of them.
-struct NormalCone {
-  glm::vec3 axis{0.0F, 0.0F, 1.0F};
-  float cosine = -1.0F;
-};
 
 // All merges of one root in one generation.
 struct PatchSurface {

@@ -37,6 +37,14 @@ FanState state_of(const TriangleMesh& mesh, SeededRandom& random, const PlacePre
   return FanState::from_base(base, mesh.positions.size() + kMostSplits, precision);
 }
 
+// The source of a decoder, which notes what undoing needs.
+struct DecodedSplits {
+  std::vector<SplitUndo>& undo;
+
+  void describe(SplitInProgress& /*split*/) const {}
+  void made(const SplitUndo& made, VertexId /*added*/) const { undo.push_back(made); }
+};
+
 // As a head gives them, once next splits are known.
 void show_base(FanState& state, VertexId vertices) {
   for (VertexId v = 0; v < vertices; ++v) {
