@@ -13,6 +13,7 @@
 #include "tests/support/asset_helpers.h"
 #include "tests/support/cleaned_shared_mesh.h"
 #include "tests/support/mesh_generators.h"
+#include "tests/support/random_directions.h"
 
 namespace fanstream {
 namespace {
@@ -20,17 +21,10 @@ namespace {
 constexpr int kViews = 80;  // of each model
 
 using testing::OpenAsset;
+using testing::random_direction;
 using testing::SeededRandom;
 
 double between(SeededRandom& random, double low, double high) { return low + (high - low) * random.unit(); }
-
-glm::dvec3 random_direction(SeededRandom& random) {
-  for (;;) {
-    const glm::dvec3 d(between(random, -1, 1), between(random, -1, 1), between(random, -1, 1));
-    const double length = glm::length(d);
-    if (length > 0.1 && length <= 1.0) return d / length;
-  }
-}
 
 // From outside near and far, from inside the box, and from just above the surface; looking at or past the model.
 View random_view(const TriangleMesh& full, const Bounds& bounds, SeededRandom& random) {

@@ -8,21 +8,15 @@
 #include <limits>
 #include <numbers>
 
-#include "tests/support/seeded_random.h"
+#include "tests/support/random_directions.h"
 #include "tests/unit/client/view/cell_world.h"
 
 namespace fanstream {
 namespace {
 
+using testing::random_direction;
 using testing::random_view;
 using testing::SeededRandom;
-
-glm::dvec3 random_direction(SeededRandom& random) {
-  for (;;) {
-    const glm::dvec3 v(2 * random.unit() - 1, 2 * random.unit() - 1, 2 * random.unit() - 1);
-    if (const double length = glm::length(v); length > 0.1 && length <= 1.0) return v / length;
-  }
-}
 
 // In the ball, often on its surface.
 glm::dvec3 random_in_ball(SeededRandom& random, const glm::dvec3& center, double radius) {

@@ -7,22 +7,15 @@
 #include <set>
 #include <tuple>
 
-#include "tests/support/seeded_random.h"
+#include "tests/support/random_directions.h"
 
 namespace fanstream {
 namespace {
 
+using testing::random_direction;
 using testing::SeededRandom;
 
 constexpr double kDegrees = 3.14159265358979323846 / 180.0;
-
-glm::dvec3 random_direction(SeededRandom& random) {
-  for (;;) {
-    const glm::dvec3 d(random.between(-999, 999), random.between(-999, 999), random.between(-999, 999));
-    const double length = glm::length(d);
-    if (length > 1.0 && length < 999.0) return d / length;
-  }
-}
 
 double angle(const glm::dvec3& a, const glm::dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));

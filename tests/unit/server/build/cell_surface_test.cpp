@@ -6,27 +6,18 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "tests/support/seeded_random.h"
+#include "tests/support/random_directions.h"
 
 namespace fanstream {
 namespace {
 
+using testing::random_direction;
 using testing::SeededRandom;
-
-glm::dvec3 random_direction(SeededRandom& random) {
-  for (;;) {
-    const glm::dvec3 d(random.between(-99, 99), random.between(-99, 99), random.between(-99, 99));
-    if (d != glm::dvec3(0.0)) return glm::normalize(d);
-  }
-}
 
 // A direction on the rim of a cone, or anywhere for one that holds everything.
 glm::dvec3 on_rim(const NormalCone& cone, SeededRandom& random) {
   if (!(cone.cosine > -1.0F)) return random_direction(random);
-  const glm::dvec3 axis = glm::normalize(glm::dvec3(cone.axis));
-  const glm::dvec3 side = glm::normalize(glm::cross(axis, random_direction(random)));
-  const double half = std::acos(std::min(1.0, static_cast<double>(cone.cosine)));
-  return std::cos(half) * axis + std::sin(half) * side;
+  return testing::direction_on_rim(glm::dvec3(cone.axis), static_cast<double>(cone.cosine), random);
 }
 
 // Three slabs of one, three and nine cells, with two, one and three layers.
