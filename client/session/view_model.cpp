@@ -4,27 +4,11 @@
 #include <glm/geometric.hpp>
 
 #include "client/view/asset_cells.h"
+#include "client/view/extent_parts.h"
 #include "common/support/free_memory.h"
 
 namespace fanstream {
-namespace {
-
-// A sphere around two.
-void enclose(CellExtent& extent, const glm::dvec3& center, double radius) {
-  const glm::dvec3 offset = center - extent.center;
-  const double distance = glm::length(offset);
-  if (distance + radius <= extent.radius) return;
-  if (distance + extent.radius <= radius) {
-    extent.center = center;
-    extent.radius = radius;
-    return;
-  }
-  const double both = 0.5 * (distance + radius + extent.radius);
-  extent.center += offset * ((both - extent.radius) / distance);
-  extent.radius = both * (1.0 + 1e-12);
-}
-
-}  // namespace
+namespace {}  // namespace
 
 ViewModel::ViewModel(std::shared_ptr<const AssetHead> head) : mesh_(std::move(head), MeshMemory::live_part) {}
 
@@ -77,19 +61,22 @@ void ViewModel::update_prefixes(std::uint32_t cell) {
 // Around all that the cell has ever covered, and as far around it as the original may be: so it holds the cell's part
 // of the original whatever comes, and comes to rest.
 void ViewModel::update_extent(std::uint32_t cell) {
-  const CellBounds& bounds = mesh_.bounds(cell);
+  const CellBounds bounds = mesh_.bounds(cell);
   if (bounds.radius < 0.0) return;
   const CellEntry& entry = mesh_.index().cells[cell];
-  const double radius = bounds.radius + table_.error_at(cell, table_.applied(cell));
-  CellExtent extent{bounds.centre, radius, glm::dvec3(entry.cone.axis()), entry.cone.cosine()};
-  if (table_.extent_known(cell)) {
-    const CellExtent& before = table_.extent(cell);
-    extent.center = before.center;
-    extent.radius = before.radius;
-    enclose(extent, bounds.centre, radius);
-    if (extent.center == before.center && extent.radius == before.radius) return;
+  const double margin = table_.error_at(cell, table_.applied(cell));
+  CellExtent extent{bounds.centre, bounds.radius + margin, glm::dvec3(entry.cone.axis()), entry.cone.cosine()};
+  const std::span<glm::dvec3> corners = mesh_.bounded_corners();
+  if (!table_.extent_known(cell)) {
+    table_.set_extent(cell, extent, parts_around(corners, margin));
+    return;
   }
-  table_.set_extent(cell, extent);
+  const CellExtent before = table_.extent(cell);
+  extent.center = before.center;
+  extent.radius = before.radius;
+  table_.copy_parts(cell, parts_);
+  const bool grown = enclose(extent.center, extent.radius, bounds.centre, bounds.radius + margin);
+  if (widen(parts_, corners, margin) || grown) table_.set_extent(cell, extent, parts_);
 }
 
 // In generations of the cells' own slabs. The other cell is the one among those that it comes from that took the

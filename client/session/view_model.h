@@ -79,6 +79,7 @@ class ViewModel {
   std::vector<bool> closed_pages_;               // by cell that has one
   std::vector<ProgressiveMesh::Support> found_;  // scratch
   std::vector<Dependency> dependencies_;         // scratch
+  std::vector<ExtentPart> parts_;                // scratch
 };
 
 }  // namespace fanstream

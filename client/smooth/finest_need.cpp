@@ -28,10 +28,12 @@ FinestNeed::FinestNeed(const AssetHead& head, const AssetIndex& index) : final_v
 bool FinestNeed::decide(const View& view, const Criteria& criteria, const CellTable& table,
                         const ProgressiveMesh& mesh) {
   const ViewJudge judge(view, criteria);
+  std::vector<ExtentPart> parts;
   finest_triangles_ = 0.0;
   for (std::uint32_t c = 0; c < final_vertices_.size(); ++c) {
     if (!mesh.is_live(c)) continue;
-    if (table.extent_known(c) && !judge.judge(table.extent(c), table.error_at(c, 0)).in_frustum) continue;
+    table.copy_parts(c, parts);
+    if (table.extent_known(c) && !judge.judge(table.extent(c), table.error_at(c, 0), parts).in_frustum) continue;
     finest_triangles_ += 2.0 * static_cast<double>(final_vertices_[c]);
   }
   const double picture_px = static_cast<double>(view.width_px) * view.height_px;

@@ -177,19 +177,30 @@ void CellTable::set_held(std::uint32_t cell, std::uint32_t prefix) {
   ++epoch_;
 }
 
-void CellTable::set_extent(std::uint32_t cell, const CellExtent& extent) {
+CellTable::KeptSphere CellTable::kept_sphere(const glm::dvec3& center, double radius) const {
+  KeptSphere kept{glm::vec3(center - origin_), 0.0F};
+  const double wider = radius + glm::length(glm::dvec3(kept.center) + origin_ - center);
+  kept.radius = static_cast<float>(wider);
+  if (kept.radius < wider) kept.radius = std::nextafter(kept.radius, INFINITY);
+  return kept;
+}
+
+void CellTable::set_extent(std::uint32_t cell, const CellExtent& extent, std::span<const ExtentPart> parts) {
   assert(cell < cell_count());
   if (!extent_known(cell)) {
     extent_numbers_[cell] = extent_count();
     if (extents_.size() == extents_.capacity()) extents_.reserve(extents_.size() + extents_.size() / 4 + 16);
-    extents_.emplace_back();
+    KeptExtent& made = extents_.emplace_back();
+    made.parts_begin = static_cast<std::uint32_t>(parts_.size());
+    made.part_count = static_cast<std::uint32_t>(parts.size());
+    parts_.resize(parts_.size() + parts.size());
   }
   KeptExtent& kept = extents_[extent_numbers_[cell]];
-  const glm::dvec3 center = extent.center - origin_;
-  kept.center = center;
-  const double radius = extent.radius + glm::length(glm::dvec3(kept.center) + origin_ - extent.center);
-  kept.radius = static_cast<float>(radius);
-  if (kept.radius < radius) kept.radius = std::nextafter(kept.radius, INFINITY);
+  assert(parts.size() == kept.part_count);
+  kept.sphere = kept_sphere(extent.center, extent.radius);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    parts_[kept.parts_begin + i] = kept_sphere(parts[i].center, parts[i].radius);
+  }
   kept.cone_axis = extent.cone_axis;
   kept.cone_cosine = static_cast<float>(extent.cone_cosine);
   if (glm::dvec3(kept.cone_axis) != extent.cone_axis || kept.cone_cosine != extent.cone_cosine)
@@ -197,10 +208,20 @@ void CellTable::set_extent(std::uint32_t cell, const CellExtent& extent) {
   kept.epoch = ++epoch_;
 }
 
+void CellTable::copy_parts(std::uint32_t cell, std::vector<ExtentPart>& parts) const {
+  parts.clear();
+  if (!extent_known(cell)) return;
+  const KeptExtent& kept = extents_[extent_numbers_[cell]];
+  for (std::uint32_t i = 0; i < kept.part_count; ++i) {
+    const KeptSphere& part = parts_[kept.parts_begin + i];
+    parts.push_back({glm::dvec3(part.center) + origin_, part.radius});
+  }
+}
+
 CellExtent CellTable::extent(std::uint32_t cell) const {
   if (!extent_known(cell)) return {};
   const KeptExtent& kept = extents_[extent_numbers_[cell]];
-  return {glm::dvec3(kept.center) + origin_, kept.radius, kept.cone_axis, kept.cone_cosine};
+  return {glm::dvec3(kept.sphere.center) + origin_, kept.sphere.radius, kept.cone_axis, kept.cone_cosine};
 }
 
 void CellTable::set_supports(std::uint32_t cell, std::span<const Dependency> supports) {

@@ -67,8 +67,10 @@ class CellTable {
   // may not come to rest. A cell without counts as lying anywhere in its parent's; one of slab 0 without as being
   // everywhere.
   //
+  // `parts`: spheres of which the convex hull holds the same piece, or none; for one cell always as many.
+  //
   // Kept in single precision about the origin, a little wider where that rounds.
-  void set_extent(std::uint32_t cell, const CellExtent& extent);
+  void set_extent(std::uint32_t cell, const CellExtent& extent, std::span<const ExtentPart> parts = {});
   void set_origin(const glm::dvec3& origin) { origin_ = origin; }  // of extents, before any is set: the model's middle
   // Adds to what is known to be needed by generations of a cell. What is implied by others is dropped; nothing else
   // ever is: so a still camera comes to rest, and one that comes back finds it. Each names another cell, of the same
@@ -140,6 +142,7 @@ class CellTable {
   std::uint32_t extent_count() const { return static_cast<std::uint32_t>(extents_.size()); }
   std::uint32_t extent_number(std::uint32_t cell) const { return extent_numbers_[cell]; }
   CellExtent extent(std::uint32_t cell) const;
+  void copy_parts(std::uint32_t cell, std::vector<ExtentPart>& parts) const;
   std::uint64_t extent_epoch(std::uint32_t cell) const {  // of the last change, 0 where none is known
     return extent_known(cell) ? extents_[extent_numbers_[cell]].epoch : 0;
   }
@@ -190,13 +193,19 @@ class CellTable {
     std::vector<std::uint8_t> step_of;           // by generation, from the first
     std::vector<std::uint32_t> last_generation;  // by layer
   };
-  struct KeptExtent {
+  struct KeptSphere {
     glm::vec3 center{0.0F};  // from the origin
     float radius = 0.0F;
+  };
+  struct KeptExtent {
+    KeptSphere sphere;
     glm::vec3 cone_axis{0.0F, 0.0F, 1.0F};
     float cone_cosine = -1.0F;
+    std::uint32_t parts_begin = 0;
+    std::uint32_t part_count = 0;
     std::uint64_t epoch = 0;
   };
+  KeptSphere kept_sphere(const glm::dvec3& center, double radius) const;
   static constexpr std::uint32_t kNoExtent = 0xFFFFFFFFU;
   static constexpr std::uint32_t kEpochCells = 16;
   bool has_children(std::uint32_t cell) const { return cell + std::size_t{1} < first_child_.size(); }
@@ -222,6 +231,7 @@ class CellTable {
   glm::dvec3 origin_{0.0};
   std::vector<std::uint32_t> extent_numbers_;  // by cell, into extents_
   std::vector<KeptExtent> extents_;
+  std::vector<KeptSphere> parts_;  // of extents
   std::uint64_t epoch_ = 0;
   DependencyLists needs_;
   DependencyLists supports_;

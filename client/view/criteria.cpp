@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 namespace fanstream {
 namespace {
@@ -74,15 +76,33 @@ void narrow(CellJudgement& part, const CellJudgement& whole) {
   if (whole.facing == Facing::front || whole.facing == Facing::back) part.facing = whole.facing;
 }
 
-// A cell's sphere as seen from the eye.
+// A sphere as seen from the eye.
 struct ViewJudge::EyeSphere {
   glm::dvec3 offset{0.0};  // from the eye to the centre
   double x = 0.0, y = 0.0, depth = 0.0;
   double distance_square = 0.0;
-  double distance = 0.0;
   double radius = 0.0;        // of the original's part
   double drawn_radius = 0.0;  // of whatever may be drawn for it
+
+  // Of the largest angle off the axis; -1 where the eye is within.
+  double least_cosine() const {
+    const double room_square = distance_square - drawn_radius * drawn_radius;
+    if (!(room_square > 0.0)) return -1.0;
+    return (depth * std::sqrt(room_square) - std::sqrt(x * x + y * y) * drawn_radius) / distance_square;
+  }
 };
+
+ViewJudge::EyeSphere ViewJudge::eye_sphere(const glm::dvec3& center, double radius, double largest_error) const {
+  EyeSphere s;
+  s.offset = center - eye_;
+  s.x = glm::dot(s.offset, right_);
+  s.y = glm::dot(s.offset, up_);
+  s.depth = glm::dot(s.offset, forward_);
+  s.distance_square = glm::dot(s.offset, s.offset);
+  s.radius = radius;
+  s.drawn_radius = radius + largest_error;
+  return s;
+}
 
 ViewJudge::ViewJudge(const View& view, const Criteria& criteria) : criteria_(criteria), eye_(view.camera.eye) {
   const glm::dvec3 to_target = view.camera.target - eye_;
@@ -101,29 +121,37 @@ ViewJudge::ViewJudge(const View& view, const Criteria& criteria) : criteria_(cri
   if (criteria_.focus_direction) focus_direction_ = glm::normalize(criteria_.focus_direction->direction);
 }
 
-CellJudgement ViewJudge::judge(const CellExtent& extent, double largest_error) const {
-  EyeSphere s;
-  s.offset = extent.center - eye_;
-  s.x = glm::dot(s.offset, right_);
-  s.y = glm::dot(s.offset, up_);
-  s.depth = glm::dot(s.offset, forward_);
-  s.distance_square = glm::dot(s.offset, s.offset);
-  s.distance = std::sqrt(s.distance_square);
-  s.radius = extent.radius;
-  s.drawn_radius = extent.radius + largest_error;
+CellJudgement ViewJudge::judge(const CellExtent& extent, double largest_error,
+                               std::span<const ExtentPart> parts) const {
+  const EyeSphere s = eye_sphere(extent.center, extent.radius, largest_error);
+  const double distance = std::sqrt(s.distance_square);
+  double cosine = s.least_cosine();
+  double depth = s.depth - s.radius;
+  Gaps outside = gaps(s);
+  if (!parts.empty()) {
+    double hull_cosine = 1.0;
+    double hull_depth = std::numeric_limits<double>::infinity();
+    Gaps hull;
+    hull.fill(hull_depth);
+    for (const ExtentPart& part : parts) {
+      const EyeSphere p = eye_sphere(part.center, part.radius, largest_error);
+      hull_cosine = std::min(hull_cosine, p.least_cosine());
+      hull_depth = std::min(hull_depth, p.depth - p.radius);
+      const Gaps of_part = gaps(p);
+      for (std::size_t i = 0; i < hull.size(); ++i) hull[i] = std::min(hull[i], of_part[i]);
+    }
+    cosine = std::max(cosine, hull_cosine);
+    depth = std::max(depth, hull_depth);
+    for (std::size_t i = 0; i < hull.size(); ++i) outside[i] = std::max(outside[i], hull[i]);
+  }
+  cosine = std::max(cosine, cos_corner_);
 
   CellJudgement result;
-  const double room_square = s.distance_square - s.drawn_radius * s.drawn_radius;
-  double cosine = cos_corner_;
-  if (room_square > 0.0) {
-    const double across = std::sqrt(s.x * s.x + s.y * s.y);
-    cosine = std::max(cosine, (s.depth * std::sqrt(room_square) - across * s.drawn_radius) / s.distance_square);
-  }
-  result.error = {focal_px_ / cosine, s.depth - s.radius, cosine * (s.distance - s.radius), near_};
-  const double size_px = focal_px_ * s.radius / std::max(near_, s.distance);
+  result.error = {focal_px_ / cosine, depth, cosine * (distance - s.radius), near_};
+  const double size_px = focal_px_ * s.radius / std::max(near_, distance);
   result.area_px = std::min(picture_area_px_, std::numbers::pi * size_px * size_px);
-  const double frustum = frustum_weight(s, result);
-  facing_weights(s, extent, result);
+  const double frustum = frustum_weight(*std::max_element(outside.begin(), outside.end()), distance, result);
+  facing_weights(extent, parts, distance, result);
   const double common = frustum * focus_weight(extent);
   result.weight *= common;
   result.weight_within *= common;
@@ -137,30 +165,53 @@ CellJudgement ViewJudge::anywhere() const {
   return result;
 }
 
-double ViewJudge::frustum_weight(const EyeSphere& s, CellJudgement& result) const {
-  const double gap = std::max({near_ - s.depth, (std::abs(s.x) - s.depth * tan_x_) * norm_x_,
-                               (std::abs(s.y) - s.depth * tan_y_) * norm_y_}) -
-                     s.drawn_radius;
-  result.in_frustum = !(gap > 0.0);
-  if (result.in_frustum || !criteria_.use_frustum) return 1.0;
-  return fade(gap, criteria_.frustum_falloff * s.distance, 1.0, criteria_.offscreen_weight);
+// How far a sphere is beyond each side of the frustum at least.
+ViewJudge::Gaps ViewJudge::gaps(const EyeSphere& s) const {
+  return {near_ - s.depth - s.drawn_radius, (s.x - s.depth * tan_x_) * norm_x_ - s.drawn_radius,
+          (-s.x - s.depth * tan_x_) * norm_x_ - s.drawn_radius, (s.y - s.depth * tan_y_) * norm_y_ - s.drawn_radius,
+          (-s.y - s.depth * tan_y_) * norm_y_ - s.drawn_radius};
 }
 
-void ViewJudge::facing_weights(const EyeSphere& s, const CellExtent& extent, CellJudgement& result) const {
+double ViewJudge::frustum_weight(double gap, double distance, CellJudgement& result) const {
+  result.in_frustum = !(gap > 0.0);
+  if (result.in_frustum || !criteria_.use_frustum) return 1.0;
+  return fade(gap, criteria_.frustum_falloff * distance, 1.0, criteria_.offscreen_weight);
+}
+
+void ViewJudge::facing_weights(const CellExtent& extent, std::span<const ExtentPart> parts, double distance,
+                               CellJudgement& result) const {
   if (!(extent.cone_cosine > -1.0)) return;
   result.facing = Facing::mixed;
   double margin = -1.0;
   // Cones of 90 degrees and more hold normals of both kinds, whatever the sphere.
-  if (extent.cone_cosine > 0.0 && s.distance > s.radius) {
-    const double along = glm::dot(extent.cone_axis, s.offset);
-    const double across = std::sqrt(std::max(0.0, s.distance_square - along * along));
+  if (extent.cone_cosine > 0.0) {
     const double sine = std::sqrt(std::max(0.0, 1.0 - extent.cone_cosine * extent.cone_cosine));
-    margin = std::abs(along) * extent.cone_cosine - across * sine - s.radius;
-    if (margin > 0.0) result.facing = along > 0.0 ? Facing::back : Facing::front;
+    // How surely a sphere looks away from the eye, and towards it.
+    const auto margins = [&](const glm::dvec3& center, double radius) {
+      const glm::dvec3 offset = center - eye_;
+      const double along = glm::dot(extent.cone_axis, offset);
+      const double across = std::sqrt(std::max(0.0, glm::dot(offset, offset) - along * along));
+      return std::pair{along * extent.cone_cosine - across * sine - radius,
+                       -along * extent.cone_cosine - across * sine - radius};
+    };
+    auto [back, front] = margins(extent.center, extent.radius);
+    if (!parts.empty()) {
+      double hull_back = std::numeric_limits<double>::infinity();
+      double hull_front = hull_back;
+      for (const ExtentPart& part : parts) {
+        const auto [part_back, part_front] = margins(part.center, part.radius);
+        hull_back = std::min(hull_back, part_back);
+        hull_front = std::min(hull_front, part_front);
+      }
+      back = std::max(back, hull_back);
+      front = std::max(front, hull_front);
+    }
+    margin = std::max(back, front);
+    if (margin > 0.0) result.facing = back > 0.0 ? Facing::back : Facing::front;
   }
   if (!criteria_.use_facing) return;
   const double side = result.facing == Facing::back ? criteria_.back_facing_weight : 1.0;
-  const double falloff = criteria_.facing_falloff * s.distance;
+  const double falloff = criteria_.facing_falloff * distance;
   result.weight = fade(margin, falloff, criteria_.silhouette_weight, side);
   result.weight_within = fade(margin, falloff, std::min(1.0, criteria_.silhouette_weight), side);
 }

@@ -1,7 +1,8 @@
 // What a camera asks of a piece of surface: how far it may appear off the original, and how much that matters.
 //
 // A piece of surface is known by a bounding sphere of the original (centre C, radius r), a cone of its normals, and the
-// bound e of how far what is drawn may be off the original, in the model's units. Two numbers come of it:
+// bound e of how far what is drawn may be off the original, in the model's units; often by a few smaller spheres too,
+// of which the convex hull holds it. Two numbers come of it:
 //
 //   error_px(e)     what is *stated*: no point of the piece that can be seen is drawn further than this from where it
 //                   belongs. No criterion changes it.
@@ -27,14 +28,22 @@
 //   focus    see FocusPoint and FocusDirection.
 // All are continuous in the camera: a trembling hand changes weights a little, and hysteresis covers that.
 //
+// *Parts.* Depth is linear in a point, a bound on the angle off the axis keeps convex sets, and so do each side of the
+// frustum and `psi + h < 90 degrees` (a norm less a linear function). So what is least over the hull of some spheres is
+// least at one of them: with centres C_i and radii r_i, Z(C) - r may be min Z(C_i) - r_i where that is more, c likewise
+// by the largest of the parts' angles, and gaps and margins by the least of the parts'. A cell as large as a tenth of
+// its distance is stated 3 to 5 % lower for it.
+//
 // Sources: Miura, Adachi, Ikedo, "sqrt(2)-subdivision" (view volume, front faces, silhouettes deeper); Odauchi,
 // Tsukiji, real-time local simplification (distance to a point, angle to a direction). No I/O, no state; safe to call
 // from any thread.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <span>
 
 #include "client/view/camera.h"
 #include "common/support/result.h"
@@ -98,6 +107,12 @@ struct CellExtent {
   double cone_cosine = -1.0;            // of the half angle; -1: any direction, or not known
 };
 
+// One of some spheres of which the convex hull holds a piece of surface.
+struct ExtentPart {
+  glm::dvec3 center{0.0};
+  double radius = 0.0;
+};
+
 // error_px as a function of the bound; see above.
 struct ProjectedError {
   double scale_px = 0.0;  // f / c
@@ -130,14 +145,20 @@ class ViewJudge {
  public:
   ViewJudge(const View& view, const Criteria& criteria);
   // `largest_error` is the largest bound that will be asked for: the projected error is valid up to it.
-  CellJudgement judge(const CellExtent& extent, double largest_error) const;
+  // `parts`: none where nothing is known but the sphere.
+  CellJudgement judge(const CellExtent& extent, double largest_error, std::span<const ExtentPart> parts = {}) const;
   // Of a piece that may be anywhere: as near as can be, and in the picture.
   CellJudgement anywhere() const;
 
  private:
   struct EyeSphere;
-  double frustum_weight(const EyeSphere& sphere, CellJudgement& result) const;
-  void facing_weights(const EyeSphere& sphere, const CellExtent& extent, CellJudgement& result) const;
+  // How far beyond the near plane and the four sides of the frustum something is at least; negative: within.
+  using Gaps = std::array<double, 5>;
+  EyeSphere eye_sphere(const glm::dvec3& center, double radius, double largest_error) const;
+  Gaps gaps(const EyeSphere& sphere) const;
+  double frustum_weight(double gap, double distance, CellJudgement& result) const;
+  void facing_weights(const CellExtent& extent, std::span<const ExtentPart> parts, double distance,
+                      CellJudgement& result) const;
   double focus_weight(const CellExtent& extent) const;
 
   Criteria criteria_;

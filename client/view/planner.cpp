@@ -73,6 +73,7 @@ struct Planner::State {
   bool cut_by_memory = false;
 
   KeptJudgements judgements;
+  std::vector<ExtentPart> parts;    // scratch
   std::vector<std::uint8_t> fresh;  // by cell: judged in this call
   std::vector<std::uint8_t> live;
   std::vector<std::uint8_t> planned_live;
@@ -146,7 +147,8 @@ void Planner::State::judge_cells(const ViewJudge& judge, bool all) {
     if (table.extent_known(c)) {
       ++known;
       if (!all && !parent_fresh && table.extent_epoch(c) <= judged_epoch) continue;
-      CellJudgement judgement = judge.judge(table.extent(c), table.errors()[table.step_index(c, 1)]);
+      table.copy_parts(c, parts);
+      CellJudgement judgement = judge.judge(table.extent(c), table.errors()[table.step_index(c, 1)], parts);
       if (parent != CellTable::kNoCell) narrow(judgement, judgements[parent]);
       judgements.set(c, judgement);
       fresh[c] = 1;

@@ -159,6 +159,8 @@ class ProgressiveMesh {
   const CellVertices& vertices(std::uint32_t cell) const { return cells_[cell].live->vertices; }  // of a live cell
   // Of a live cell. Computed each time: they change with the cell and its neighbours only.
   CellBounds bounds(std::uint32_t cell) const;
+  // The corners of the faces that the last call of bounds() was about, some of them more than once. May be reordered.
+  std::span<glm::dvec3> bounded_corners() const { return scratch_.points; }
   // The cells of which live or not, prefixes, neighbours or bounds may have changed since the last call, each once, in
   // no order. The first call names those that were ever touched.
   std::vector<std::uint32_t> take_changed_cells();

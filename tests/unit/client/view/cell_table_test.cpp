@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 
 #include "tests/support/seeded_random.h"
@@ -161,6 +162,43 @@ TEST(CellTable, ErrorAfterTheLastSegmentIsThatOfTheChildren) {
   EXPECT_EQ(table.error_at(0, 1), 7.0F);
   EXPECT_EQ(table.error_at(0, 2), 4.0F);
   EXPECT_EQ(table.error_at(3, 1), 0.0F) << "no children: the original";
+}
+
+TEST(CellTable, ExtentsAndTheirPartsAreKeptALittleWider) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    const auto place = [&] { return glm::dvec3(1e5 + random.unit(), -3e4 - random.unit(), random.unit()); };
+    const auto holds = [](const glm::dvec3& center, double radius, const glm::dvec3& other, double other_radius) {
+      return glm::distance(center, other) + other_radius <= radius && radius < other_radius + 1e-6;
+    };
+    CellTable table = three_slabs();
+    table.set_origin({1e5, -3e4, 0.5});
+    std::vector<ExtentPart> kept;
+    table.copy_parts(4, kept);
+    EXPECT_TRUE(kept.empty());
+    std::vector<std::vector<ExtentPart>> given(table.cell_count());
+    std::vector<CellExtent> extents(table.cell_count());
+    for (int round = 0; round < 2; ++round) {
+      for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
+        const std::size_t count = round == 0 ? random.below(5) : given[c].size();
+        given[c].clear();
+        while (given[c].size() < count) given[c].push_back({place(), random.unit()});
+        extents[c] = {place(), random.unit()};
+        const std::uint64_t epoch = table.epoch();
+        table.set_extent(c, extents[c], given[c]);
+        EXPECT_GT(table.extent_epoch(c), epoch);
+      }
+      for (std::uint32_t c = 0; c < table.cell_count(); ++c) {
+        EXPECT_TRUE(holds(table.extent(c).center, table.extent(c).radius, extents[c].center, extents[c].radius));
+        table.copy_parts(c, kept);
+        ASSERT_EQ(kept.size(), given[c].size());
+        for (std::size_t i = 0; i < kept.size(); ++i) {
+          EXPECT_TRUE(holds(kept[i].center, kept[i].radius, given[c][i].center, given[c][i].radius));
+        }
+      }
+    }
+  }
 }
 
 TEST(CellTable, InconsistentTablesAreRefused) {

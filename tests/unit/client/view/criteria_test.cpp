@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "tests/support/random_directions.h"
 #include "tests/unit/client/view/cell_world.h"
@@ -14,6 +15,7 @@
 namespace fanstream {
 namespace {
 
+using testing::direction_on_rim;
 using testing::random_direction;
 using testing::random_view;
 using testing::SeededRandom;
@@ -41,6 +43,30 @@ struct Projection {
   bool in_picture(const glm::dvec3& p) const {
     const glm::dvec2 at = pixel(p);
     return std::abs(at.x) <= half_size.x && std::abs(at.y) <= half_size.y;
+  }
+};
+
+// Spheres about a place, and points of their convex hull.
+struct RandomHull {
+  std::vector<ExtentPart> parts;
+  CellExtent sphere;  // around all of them
+
+  RandomHull(SeededRandom& random, const CellExtent& about) : sphere(about) {
+    parts.resize(1 + random.below(8));
+    for (ExtentPart& part : parts) {
+      part.center = about.center + random_direction(random) * (about.radius * random.unit());
+      part.radius = about.radius * random.unit() * random.unit();
+      sphere.radius = std::max(sphere.radius, glm::distance(part.center, about.center) + part.radius);
+    }
+  }
+  glm::dvec3 point(SeededRandom& random) const {
+    const auto in_part = [&] {
+      const ExtentPart& part = parts[random.below(parts.size())];
+      return random_in_ball(random, part.center, part.radius);
+    };
+    glm::dvec3 p = in_part();
+    for (std::uint32_t i = random.below(3); i > 0; --i) p += random.unit() * (in_part() - p);
+    return p;
   }
 };
 
@@ -83,6 +109,67 @@ TEST(Criteria, NoPairOfPointsIsFurtherApartInThePictureThanTheProjectedError) {
   }
   EXPECT_GT(pairs, 20'000U);
   EXPECT_GT(closest, 0.9) << "the bound is never nearly reached";
+}
+
+TEST(Criteria, BoundsHoldForTheConvexHullOfParts) {
+  std::uint64_t pairs = 0;
+  double closest = 0.0;
+  for (std::uint64_t seed = 1; seed <= 4000; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    View view = random_view(random);
+    view.near_distance = std::pow(10.0, -1.0 - 3.0 * random.unit());
+    const Projection projection(view);
+    const RandomHull hull(random, random_sphere(random, view));
+    const double largest = hull.sphere.radius * random.unit() * (random.one_in(3) ? 2.0 : 0.1);
+    const double error = largest * random.unit();
+    const ViewJudge judge(view, {});
+    const CellJudgement judgement = judge.judge(hull.sphere, largest, hull.parts);
+    const double bound = judgement.error.px(error);
+    ASSERT_LE(bound, judge.judge(hull.sphere, largest).error.px(error)) << "parts never loosen a bound";
+    for (int i = 0; i < 60; ++i) {
+      const glm::dvec3 there = hull.point(random);
+      const glm::dvec3 drawn = random_in_ball(random, there, error);
+      if (projection.depth(there) < view.near_distance || projection.depth(drawn) < view.near_distance) continue;
+      if (!projection.in_picture(there) && !projection.in_picture(drawn)) continue;
+      ASSERT_TRUE(judgement.in_frustum);
+      const double off = glm::distance(projection.pixel(there), projection.pixel(drawn));
+      ASSERT_LE(off, bound * (1 + 1e-9)) << "of " << error;
+      closest = std::max(closest, off / bound);
+      ++pairs;
+    }
+  }
+  EXPECT_GT(pairs, 20'000U);
+  EXPECT_GT(closest, 0.9) << "the bound is never nearly reached";
+}
+
+TEST(Criteria, PartsTellWhatASphereLeavesOpen) {
+  View view;
+  view.camera = {{0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 60.0};
+  view.near_distance = 0.01;
+  const ViewJudge judge(view, {});
+  const auto row_of_parts = [](const glm::dvec3& from, const glm::dvec3& to) {
+    std::vector<ExtentPart> parts;
+    for (int i = 0; i <= 4; ++i) parts.push_back({from + 0.25 * i * (to - from), 0.1});
+    return parts;
+  };
+  // A wall across the view is as far away as it is, not nearer by half its width.
+  const CellExtent wall{{0, 0, -10}, 4.1};
+  const auto across = row_of_parts({-4, 0, -10}, {4, 0, -10});
+  EXPECT_NEAR(judge.judge(wall, 0.0).error.depth, 5.9, 1e-12);
+  EXPECT_NEAR(judge.judge(wall, 0.0, across).error.depth, 9.9, 1e-12);
+  // A beam along the view is no further off its axis at its far end.
+  const CellExtent beam{{0, 0, -10}, 4.1};
+  EXPECT_LT(judge.judge(beam, 0.0, row_of_parts({0, 0, -6}, {0, 0, -14})).error.scale_px,
+            0.95 * judge.judge(beam, 0.0).error.scale_px);
+  // A wall beside the frustum, which its sphere touches.
+  const CellExtent beside{{9, 0, -10}, 4.1};
+  EXPECT_TRUE(judge.judge(beside, 0.0).in_frustum);
+  EXPECT_FALSE(judge.judge(beside, 0.0, row_of_parts({9, -4, -10}, {9, 4, -10})).in_frustum);
+  // One that stands nearly edge-on: which side it shows is clear along all of it.
+  const CellExtent edge_on{{1.5, 0, -10}, 4.1, {1, 0, 0}, 0.9999};
+  EXPECT_EQ(judge.judge(edge_on, 0.0).facing, Facing::mixed);
+  EXPECT_EQ(judge.judge(edge_on, 0.0, row_of_parts({1.5, 0, -6}, {1.5, 0, -14})).facing, Facing::back);
 }
 
 TEST(Criteria, ProjectedErrorOfASmallFarSphereIsNearlyExactAnywhereInThePicture) {
@@ -144,6 +231,28 @@ TEST(Criteria, ConesCalledFrontOrBackHoldNoOtherNormals) {
   EXPECT_GT(fronts, 100U);
   EXPECT_GT(backs, 100U);
   EXPECT_GT(mixed, 100U);
+}
+
+TEST(Criteria, ConesCalledFrontOrBackHoldNoOtherNormalsAnywhereInAHull) {
+  std::uint64_t known = 0, known_by_parts = 0;
+  for (std::uint64_t seed = 1; seed <= 3000; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SeededRandom random(seed);
+    const View view = random_view(random);
+    const RandomHull hull(random, random_sphere(random, view));
+    const ViewJudge judge(view, {});
+    const Facing facing = judge.judge(hull.sphere, 0.0, hull.parts).facing;
+    if (facing != Facing::front && facing != Facing::back) continue;
+    ++known;
+    if (judge.judge(hull.sphere, 0.0).facing != facing) ++known_by_parts;
+    for (int i = 0; i < 50; ++i) {
+      const glm::dvec3 normal = direction_on_rim(hull.sphere.cone_axis, hull.sphere.cone_cosine, random);
+      const double away = glm::dot(normal, hull.point(random) - view.camera.eye);
+      ASSERT_TRUE(facing == Facing::back ? away > -1e-9 : away < 1e-9) << away;
+    }
+  }
+  EXPECT_GT(known, 200U);
+  EXPECT_GT(known_by_parts, 20U);
 }
 
 TEST(Criteria, FacingIsKnownOnceTheConeAllowsNoDoubt) {
