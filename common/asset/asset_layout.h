@@ -15,7 +15,7 @@
 
 namespace fanstream {
 
-inline constexpr std::uint32_t kAssetVersion = 7;
+inline constexpr std::uint32_t kAssetVersion = 8;
 inline constexpr std::uint32_t kMostVertices = 1U << 28;
 inline constexpr std::size_t kPreambleBytes = 48;
 

@@ -2,9 +2,10 @@
 //
 // A coarse mesh is off the model by many steps of the grid; there the low bits of its places are noise that costs
 // bytes. So each generation has a lattice, a coarser grid that leaves low bits out, and a vertex that was last split or
-// made in generation t (0: with FM0), and is to be split again, is known on the lattice of t. A vertex that is never
-// split again is known exactly. All that is left out comes with later splits: what is known of a vertex follows from
-// its VertexContext alone, however the mesh came to be.
+// made in generation t, and is split next in s, is known on the lattice of t, or of s - kLongestRest where that is
+// finer: one that stays where it is for long would be off by more than the levels that show it. A vertex that is never
+// split again is known exactly, one of FM0 on the lattice of 0 until it is split. All that is left out comes with later
+// splits: what is known of a vertex follows from its VertexContext alone, however the mesh came to be.
 #pragma once
 
 #include <algorithm>
@@ -92,6 +93,8 @@ struct LatticeStep {
 class PlacePrecision {
  public:
   static constexpr std::uint32_t kMostLeftOut = 12;  // bits of an axis
+  // Generations that a place may be known no better than when it was touched last.
+  static constexpr std::uint32_t kLongestRest = 6;
 
   // Everything is known exactly.
   PlacePrecision() = default;
@@ -106,11 +109,21 @@ class PlacePrecision {
   bool is_exact() const { return lattices_[0].is_exact(); }  // in all generations
   std::uint32_t left_out(std::uint32_t generation) const;    // bits of an axis
   const PlaceLattice& lattice(std::uint32_t generation) const { return lattices_[generation]; }
+  // Of which generation the lattice is on which a vertex is known that was last touched in one, and is split next in
+  // another; kMostGenerations, whose lattice is exact, where it never is.
+  static std::uint32_t known_in(std::uint32_t touched, std::uint32_t next) {
+    if (next == kNeverSplit) return kMostGenerations;
+    if (touched == 0) return 0;
+    return std::max(touched, next > kLongestRest ? next - kLongestRest : 0);
+  }
+  const PlaceLattice& known(std::uint32_t touched, std::uint32_t next) const {
+    return lattices_[known_in(touched, next)];
+  }
   // Of a vertex as its context says, given where it lies: what is shown of it.
   GridPoint shown(const GridPoint& code, const VertexContext& context) const {
     if (context.next == kNeverSplit) return code;
-    const PlaceLattice& known = lattices_[context.touched];
-    return known.code_of(known.point_of(code));
+    const PlaceLattice& lattice = known(context.touched, context.next);
+    return lattice.code_of(lattice.point_of(code));
   }
   bool operator==(const PlacePrecision& other) const;
 

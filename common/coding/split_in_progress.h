@@ -16,7 +16,7 @@ struct SplitInProgress {
   // The generations in which root and new vertex are split next: given to an encoder, found by a decoder.
   std::uint8_t root_next = kNeverSplit;
   std::uint8_t added_next = kNeverSplit;
-  // Of a vertex that is never split again, what its place has beyond the generation's lattice: likewise.
+  // What the lattices on which the two are known afterwards have beyond the generation's: likewise.
   LowBits kept_low = 0;
   LowBits added_low = 0;
   std::uint32_t length = 1;  // of the arc, in ring steps

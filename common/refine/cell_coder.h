@@ -143,7 +143,7 @@ bool refine_roots(FanState& state, const PlaceLattice& lattice, Coder& coder, co
   auto&& fast = fast_coder(coder);
   for (std::size_t i = 0; i < batch.size(); ++i) {
     FanVertex& root = state.vertices[batch[i].split.root];
-    const PlaceLattice& known = state.precision.lattice(root.context.touched);
+    const PlaceLattice& known = state.precision.known(root.context.touched, root.context.next);
     if (known.left_out == lattice.left_out) continue;  // it lies there already
     const LatticeStep step(known, lattice);
     LowBits low = 0;
@@ -164,37 +164,48 @@ inline void coarsen_roots(FanState& state, std::span<const SplitInProgress> batc
   }
 }
 
-// Of those that are never split again, all that the lattice leaves out.
+// Of those that are known better afterwards than on the generation's lattice, what that leaves out.
 template <class Coder>
-void code_last_low_bits(Coder& coder, const PlaceLattice& lattice, std::span<SplitInProgress> batch) {
-  const LatticeStep step(lattice);
+void code_lasting_low_bits(Coder& coder, const PlacePrecision& precision, std::uint32_t generation,
+                           std::span<SplitInProgress> batch) {
+  const PlaceLattice& lattice = precision.lattice(generation);
   auto&& fast = fast_coder(coder);
+  const auto code = [&](std::uint8_t next, LowBits& low) {
+    const PlaceLattice& known = precision.known(generation, next);
+    if (known.left_out == lattice.left_out) return;
+    low = LatticeStep(lattice, known).code(fast, low);
+  };
   for (SplitInProgress& s : batch) {
-    if (s.root_next == kNeverSplit) s.kept_low = step.code(fast, s.kept_low);
-    if (s.added_next == kNeverSplit) s.added_low = step.code(fast, s.added_low);
+    code(s.root_next, s.kept_low);
+    code(s.added_next, s.added_low);
   }
 }
 
 // What is known of the places after a split, where the generation's lattice leaves bits out. False where they leave the
 // grid.
 inline bool find_coarse_places(const SplitInProgress& s, const GridPoint& parent, std::uint32_t generation,
-                               const PlaceLattice& lattice, SplitLanes& places) {
+                               const PlacePrecision& precision, SplitLanes& places) {
+  const PlaceLattice& lattice = precision.lattice(generation);
   const SplitPlaces points =
       places_after_split(lattice.point_of(parent), s.split.parent, s.split.displacement, generation, s.split.shift);
   if (!lattice.contains(points.kept) || !lattice.contains(points.added)) return false;
-  const auto place = [&](const GridPoint& point, std::uint8_t next, LowBits low) {
-    return int4(next == kNeverSplit ? LatticeStep(lattice).fine(point, low) : lattice.code_of(point));
+  bool within = true;
+  const auto place = [&](GridPoint point, std::uint8_t next, LowBits low) {
+    const PlaceLattice& known = precision.known(generation, next);
+    if (known.left_out != lattice.left_out) point = LatticeStep(lattice, known).fine(point, low);
+    within = within && known.contains(point);
+    return int4(known.code_of(point));
   };
   places = {place(points.kept, s.root_next, s.kept_low), place(points.added, s.added_next, s.added_low)};
-  return true;
+  return within;
 }
 
 // The same on any lattice.
 inline bool find_places(const SplitInProgress& s, const FanVertex& parent, std::uint32_t generation,
-                        const PlaceLattice& lattice, Int4 last_codes, SplitLanes& places) {
-  if (lattice.is_exact()) [[likely]] {
+                        const PlacePrecision& precision, Int4 last_codes, SplitLanes& places) {
+  if (precision.lattice(generation).is_exact()) [[likely]] {
     places = places_after_split(parent.place4(), s.split.parent, int4(s.split.displacement), generation, s.split.shift);
-  } else if (!find_coarse_places(s, parent.place, generation, lattice, places)) {
+  } else if (!find_coarse_places(s, parent.place, generation, precision, places)) {
     return false;
   }
   const Int4 outside = (places.kept | (last_codes - places.kept)) | (places.added | (last_codes - places.added));
@@ -205,12 +216,11 @@ inline bool find_places(const SplitInProgress& s, const FanVertex& parent, std::
 template <class Source>
 Result<void> apply_batch(FanState& state, CellVertices& vertices, std::uint32_t generation,
                          std::span<const SplitInProgress> batch, Source& source, const CellCoding& coding) {
-  const PlaceLattice& lattice = state.precision.lattice(generation);
   for (std::size_t i = 0; i < batch.size(); ++i) {
     const SplitInProgress& s = batch[i];
     const VertexId v = s.split.root;
     SplitLanes places;
-    if (!find_places(s, state.vertices[v], generation, lattice, coding.last_codes, places)) {
+    if (!find_places(s, state.vertices[v], generation, state.precision, coding.last_codes, places)) {
       coarsen_roots(state, batch.subspan(i));
       return off_the_grid(vertices.cell, v);
     }
@@ -251,7 +261,7 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
   }
   code_splits(coder, coding.model, coding.lattice_units, {generation, coding.last_generation}, batch, places_now,
               coding.kernels);
-  if (!lattice.is_exact()) code_last_low_bits(coder, lattice, batch);
+  if (!lattice.is_exact()) code_lasting_low_bits(coder, state.precision, generation, batch);
   return apply_batch(state, vertices, generation, batch, source, coding);
 }
 
@@ -261,10 +271,9 @@ Result<void> code_batch(FanState& state, CellVertices& vertices, std::uint32_t g
 // and takes them off coding.roots. Source is what knows the splits: for an encoder the builder's history, for a decoder
 // what notes them. It has
 //   void describe(SplitInProgress&), which for an encoder fills in the split of split.root, when both vertices are
-//   split next, and the low bits of those that never are; a decoder's may look at the ring, which is not measured yet;
-//   and for an encoder
-//   LowBits root_low_bits(VertexId root), those of its place that the generation's lattice has and the last one had
-//   not,
+//   split next, and what is known of their places beyond the lattice; a decoder's may look at the ring, which is not
+//   measured yet; and for an encoder LowBits root_low_bits(VertexId root), those of its place that the generation's
+//   lattice has and are not known yet,
 // and is told made(const SplitUndo&, VertexId added) of each split. Splits come in rounds: the first of every root,
 // then the second of those that have two, and so on; a root's next one is asked for after the one before was made.
 // `generation` counts from 1. Fails, leaving the mesh valid but useless, if decoded splits leave the grid or outnumber

@@ -74,7 +74,7 @@ class CellsDecoder {
     for (std::size_t r = 0; r < runs_; ++r) {
       CellToDecode& cell = *of_run_[r];
       const std::span<SplitInProgress> of_cell = batch.subspan(begin, run_[r].splits);
-      if (!lattice_.is_exact()) detail::code_last_low_bits(cell.decoder, lattice_, of_cell);
+      if (!lattice_.is_exact()) detail::code_lasting_low_bits(cell.decoder, state_.precision, generation_, of_cell);
       cell.result = detail::apply_batch(state_, *cell.vertices, generation_, of_cell, source, coding_);
       begin += of_cell.size();
     }

@@ -12,7 +12,7 @@ GridPoint place_before_split(const PlacePrecision& precision, const GridPoint& k
   const PlaceLattice& lattice = precision.lattice(generation);
   const GridPoint parent =
       place_after_merge(lattice.point_of(kept), lattice.point_of(added), undo.parent, generation, undo.shift);
-  const PlaceLattice& before = precision.lattice(undo.root_context.touched);
+  const PlaceLattice& before = precision.known(undo.root_context.touched, generation);
   return before.code_of(LatticeStep(before, lattice).coarse(parent));
 }
 

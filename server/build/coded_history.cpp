@@ -14,6 +14,7 @@ CodedHistory::CodedHistory(const MergeHistory& merges, std::vector<GridPoint> pl
       low_bits(precision.is_exact() ? 0 : merges.merges.size()),
       model_places(places) {
   find_known_on();
+  std::vector<std::uint8_t> next(model_places.size(), kNeverSplit);  // split, of the merges so far
   for (std::uint32_t m = 0; m < history.merges.size(); ++m) {
     const MergeRecord& merge = history.merges[m];
     const std::uint32_t generation = generations_[m];
@@ -27,9 +28,15 @@ CodedHistory::CodedHistory(const MergeHistory& merges, std::vector<GridPoint> pl
       shifts[m] = glm::clamp(wanted, GridPoint(-kMostShift), GridPoint(kMostShift));
     }
     if (!low_bits.empty()) {
-      const LatticeStep step(precision.lattice(known_on_[m]), lattice);
-      low_bits[m] = step.low_bits_of(parent_of(m, places[merge.root], places[merge.removed]));
+      const LatticeStep before(precision.lattice(known_on_[m]), lattice);
+      const auto after = [&](VertexId v) {
+        const PlaceLattice& known = precision.known(generation, next[v]);
+        return LatticeStep(lattice, known).low_bits_of(known.point_of(places[v]));
+      };
+      low_bits[m] = {before.low_bits_of(parent_of(m, places[merge.root], places[merge.removed])), after(merge.root),
+                     after(merge.removed)};
     }
+    next[merge.root] = generations_[m];
     places[merge.root] = place_after(m, places[merge.root], places[merge.removed]);
   }
   base_places = std::move(places);
@@ -43,7 +50,7 @@ void CodedHistory::find_known_on() {
     for (std::uint32_t m = generation_end(generation); m-- > generation_begin(generation);) {
       const MergeRecord& merge = history.merges[m];
       generations_[m] = static_cast<std::uint8_t>(generation);
-      known_on_[m] = latest[merge.root];
+      known_on_[m] = static_cast<std::uint8_t>(PlacePrecision::known_in(latest[merge.root], generation));
       latest[merge.root] = latest[merge.removed] = generations_[m];
     }
   }
@@ -128,11 +135,9 @@ void HistorySource::describe(SplitInProgress& split) const {
                  merge.parent,     coded_.displacements[m], coded_.shift(m)};
   split.root_next = generation_of(after_[m]);
   split.added_next = generation_of(to_undo_[merge.removed]);
-  const PlaceLattice& lattice = coded_.precision.lattice(coded_.generation_of(m));
-  if (lattice.is_exact()) return;
-  const LatticeStep step(lattice);
-  split.kept_low = step.low_bits_of(coded_.model_places[merge.root]);
-  split.added_low = step.low_bits_of(coded_.model_places[merge.removed]);
+  if (coded_.low_bits.empty()) return;
+  split.kept_low = coded_.low_bits[m].kept;
+  split.added_low = coded_.low_bits[m].added;
 }
 
 void HistorySource::made(const SplitUndo& split, VertexId added) {

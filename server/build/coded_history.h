@@ -9,6 +9,13 @@
 
 namespace fanstream {
 
+// What a split has to tell of places beyond points of its generation's lattice, and beyond what was known before.
+struct SplitLowBits {
+  LowBits parent = 0;  // before it
+  LowBits kept = 0;    // after it: of the root,
+  LowBits added = 0;   // and of the new vertex
+};
+
 // Places of all vertices as merges leave them and a decoder knows them, and each merge's displacement. Generations are
 // numbered as in the asset: 1 is the coarsest.
 struct CodedHistory {
@@ -16,7 +23,7 @@ struct CodedHistory {
   PlacePrecision precision;
   std::vector<GridPoint> displacements;  // by merge, in points of its generation's lattice
   std::vector<GridPoint> shifts;         // by merge, of free parents, likewise; empty if there are none
-  std::vector<LowBits> low_bits;         // by merge: the parent's, which its split has to tell; empty if exact
+  std::vector<SplitLowBits> low_bits;    // by merge; empty if exact
   std::vector<GridPoint> model_places;   // by the model's vertex, on the grid
   std::vector<GridPoint> base_places;    // by the model's vertex, where the vertex is in the base
 
@@ -38,8 +45,7 @@ struct CodedHistory {
   void find_known_on();
 
   std::vector<std::uint8_t> generations_;  // by merge
-  // By merge: the generation on whose lattice the root is known afterwards, which is the one in which it is part of a
-  // coarser merge, or 0.
+  // By merge: the generation on whose lattice the root is known afterwards (PlacePrecision::known_in).
   std::vector<std::uint8_t> known_on_;
 };
 
@@ -52,7 +58,7 @@ class HistorySource {
   std::vector<std::uint8_t> next_splits_of_base() const;
   void describe(SplitInProgress& split) const;
   LowBits root_low_bits(VertexId root) const {
-    return coded_.low_bits.empty() ? 0 : coded_.low_bits[to_undo_[original_[root]]];
+    return coded_.low_bits.empty() ? 0 : coded_.low_bits[to_undo_[original_[root]]].parent;
   }
   void made(const SplitUndo& split, VertexId added);
 

@@ -48,10 +48,16 @@ class CoarseningReplay {
       }
       shares.push_back(0.0);
     }
-    std::vector<bool> is_split(places_.size(), false);
-    for (std::uint32_t m = 0; m < next_; ++m) is_split[history_.merges[m].root] = true;
+    std::vector<std::uint32_t> next(places_.size(), kNeverSplit);
+    for (std::uint32_t g = 0; g < history_.generation_count() && history_.generation_begin[g] < next_; ++g) {
+      for (std::uint32_t m = history_.generation_begin[g]; m < history_.generation_begin[g + 1]; ++m) {
+        next[history_.merges[m].root] = history_.generation_count() - g;
+      }
+    }
     for (VertexId v = 0; v < area.size(); ++v) {
-      if (is_split[v] && all > 0.0) shares[touched[v]] += area[v] / all;
+      if (next[v] == kNeverSplit || !(all > 0.0)) continue;
+      const std::size_t known = PlacePrecision::known_in(touched[v], next[v]);
+      if (known < shares.size()) shares[known] += area[v] / all;  // else it is as exact as finer levels ask for
     }
     std::partial_sum(shares.begin(), shares.end(), shares.begin());
     return shares;

@@ -13,7 +13,7 @@ struct LevelDistance {
   std::uint32_t vertices = 0;  // of the level
   double rms = 0.0;            // of the model from it, in the model's units
   // By generation up to the level's: the share of its surface, by the area around vertices, whose vertices are to be
-  // split again and have not been split or made since.
+  // split again and are known no better than on the lattice of that generation (PlacePrecision::known_in).
   std::vector<double> known_since;
 };
 

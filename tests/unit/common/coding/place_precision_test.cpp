@@ -52,6 +52,29 @@ TEST(PlacePrecision, AVertexIsKnownToItsLatticeUnlessItIsNeverSplit) {
   }
 }
 
+TEST(PlacePrecision, AVertexThatRestsForLongIsKnownBetterThanWhenItWasTouched) {
+  constexpr std::uint32_t kRest = PlacePrecision::kLongestRest;
+  for (std::uint32_t touched = 1; touched < 20; ++touched) {
+    for (std::uint32_t next = touched + 1; next <= kMostGenerations; ++next) {
+      const std::uint32_t known = PlacePrecision::known_in(touched, next);
+      EXPECT_EQ(known, next - touched > kRest ? next - kRest : touched) << touched << " to " << next;
+      EXPECT_LT(known, next);
+    }
+    EXPECT_EQ(PlacePrecision::known_in(touched, kNeverSplit), kMostGenerations);
+  }
+  EXPECT_EQ(PlacePrecision::known_in(0, 30), 0U) << "FM0 is told before it is known when its vertices are split";
+  const PositionGrid grid = cube(14);
+  const PlacePrecision precision(std::vector<std::uint8_t>{6, 6, 5, 4, 2, 0}, grid);
+  SeededRandom random(3);
+  for (int i = 0; i < 500; ++i) {
+    const GridPoint code = any_code(grid, random);
+    const PlaceLattice& lattice = precision.lattice(3);
+    EXPECT_EQ(precision.shown(code, {1, static_cast<std::uint8_t>(3 + kRest), 0}),
+              lattice.code_of(lattice.point_of(code)));
+    EXPECT_EQ(precision.shown(code, {1, static_cast<std::uint8_t>(5 + kRest), 0}), code);
+  }
+}
+
 TEST(PlacePrecision, WhatGenerationsLeaveOutComesBackByLowBits) {
   SeededRandom random(2);
   const PositionGrid grid = cube(16);

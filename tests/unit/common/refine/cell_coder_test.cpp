@@ -131,14 +131,15 @@ struct RandomSource {
     s.root_next = chooser.choose(generation, kLast, root_taken);
     if (s.root_next != kNeverSplit) added_taken |= std::uint64_t{1} << s.root_next;
     s.added_next = generation == kLast ? kNeverSplit : chooser.choose(generation + 1, kLast, added_taken);
-    const std::uint32_t most = 1U << state.precision.lattice(generation).left_out;
-    s.kept_low = random.below(most);
-    s.added_low = random.below(most);
+    s.kept_low = low_bits(state.precision.lattice(generation), state.precision.known(generation, s.root_next));
+    s.added_low = low_bits(state.precision.lattice(generation), state.precision.known(generation, s.added_next));
   }
   LowBits root_low_bits(VertexId root) const {
-    const LatticeStep step(state.precision.lattice(state.vertices[root].context.touched),
-                           state.precision.lattice(generation));
-    return random.below(1U << step.bit_count);
+    const VertexContext& context = state.vertices[root].context;
+    return low_bits(state.precision.known(context.touched, context.next), state.precision.lattice(generation));
+  }
+  LowBits low_bits(const PlaceLattice& from, const PlaceLattice& to) const {
+    return random.below(1U << LatticeStep(from, to).bit_count);
   }
   void made(const SplitUndo& undo, VertexId /*added*/) { rounds.push_back(made_of[undo.root]++); }
 };
