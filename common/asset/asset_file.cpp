@@ -15,8 +15,6 @@ namespace fanstream {
 namespace {
 
 constexpr std::array<char, 4> kFirstBytes{'F', 'S', 'A', 'N'};
-constexpr std::uint64_t kVerticesWithoutQuestion = 1U << 16U;
-constexpr std::uint64_t kMostVerticesPerByte = 64;
 
 Error system_failure(const std::string& name, int error) {
   if (error == ENOENT || error == ENOTDIR) return {ErrorKind::not_found, name + ": no such file; check the path"};
@@ -90,10 +88,6 @@ Result<void> AssetFile::check_start() const {
   return {};
 }
 
-bool AssetFile::believable(std::uint64_t vertices) const {
-  return vertices <= kVerticesWithoutQuestion + kMostVerticesPerByte * bytes_.size();
-}
-
 Result<void> AssetFile::read() {
   if (Result<void> start = check_start(); !start) return start;
   Result<AssetPreamble> preamble = read_preamble(bytes_, name_);
@@ -113,12 +107,6 @@ Result<void> AssetFile::read() {
   }
   Result<AssetHead> head = read_head(this->head(), name_);
   if (!head) return tl::unexpected(head.error());
-  // Memory is taken by vertex; nothing near an eighth of a bit for each has ever been seen (a flat grid takes 5 bits).
-  if (!believable(head->vertex_count)) {
-    return fail(ErrorKind::limit,
-                fmt::format("{}: {} vertices in {} bytes are not believed; the asset is forged or damaged", name_,
-                            head->vertex_count, bytes_.size()));
-  }
   Result<AssetIndex> index = read_whole_index(bytes_, preamble_, *head, name_);
   if (!index) return tl::unexpected(index.error());
   head_ = std::make_shared<const AssetHead>(std::move(*head));

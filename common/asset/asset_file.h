@@ -55,7 +55,6 @@ class AssetFile final : public SegmentSource {
   AssetFile() = default;
   Result<void> read();
   Result<void> check_start() const;
-  bool believable(std::uint64_t vertices) const;
   std::span<const std::byte> content() const;
   std::optional<std::uint64_t> first_damaged_block() const;
   Error damage(std::optional<std::uint64_t> block) const;

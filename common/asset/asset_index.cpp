@@ -353,6 +353,11 @@ class IndexReader {
       : in_(bytes), head_(head), name_(name) {}
 
   Result<AssetIndex> read(const AssetPreamble& preamble) {
+    if (!is_believable(head_.vertex_count, preamble.section_bytes())) {
+      return fail(ErrorKind::limit, name_ + ": " + std::to_string(head_.vertex_count) + " vertices in " +
+                                        std::to_string(preamble.section_bytes()) +
+                                        " bytes are not believed; the asset is forged or damaged");
+    }
     if (Result<void> base = read_base(); !base) return tl::unexpected(base.error());
     std::uint64_t slab_cells = head_.root_cell_count;
     std::uint32_t slab_first = 0;
@@ -360,6 +365,12 @@ class IndexReader {
       if (slab > 0) slab_cells = count_children(slab_first);
       // Every cell holds a vertex of its own.
       if (slab_cells > head_.vertex_count) return tl::unexpected(in_.error(name_, "more cells than vertices"));
+      const std::uint64_t all_cells = index_.cells.size() + slab_cells;
+      const std::uint64_t all_segments = index_.segments.size() + slab_cells * head_.layers_of(slab);
+      if (all_cells > kMostCells || all_segments > kMostSegments) {
+        return fail(ErrorKind::limit, name_ + ": more than " + std::to_string(kMostCells) + " cells or " +
+                                          std::to_string(kMostSegments) + " segments; build it with larger cells");
+      }
       const auto first = static_cast<std::uint32_t>(index_.cells.size());
       add_cells(slab, slab_cells);
       if (slab > 0) adopt_children(slab_first, first);

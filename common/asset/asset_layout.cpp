@@ -23,6 +23,12 @@ std::uint8_t code_of_error(double error, double step) {
   return static_cast<std::uint8_t>(std::clamp(std::ceil(8.0 * (std::log2(error / step) + 4.0)), 1.0, 255.0));
 }
 
+bool is_believable(std::uint64_t vertices, std::uint64_t section_bytes) {
+  constexpr std::uint64_t kWithoutQuestion = 1U << 16U;
+  constexpr std::uint64_t kMostPerByte = 64;
+  return vertices <= kWithoutQuestion || (vertices - kWithoutQuestion) / kMostPerByte <= section_bytes;
+}
+
 std::uint32_t block_checksum(std::span<const std::byte> block) {
   return static_cast<std::uint32_t>(XXH3_64bits(block.data(), block.size()));
 }

@@ -17,6 +17,8 @@ namespace fanstream {
 
 inline constexpr std::uint32_t kAssetVersion = 8;
 inline constexpr std::uint32_t kMostVertices = 1U << 28;
+inline constexpr std::uint32_t kMostCells = 1U << 22;
+inline constexpr std::uint32_t kMostSegments = 1U << 26;  // of all cells together; a client takes 16 bytes for each
 inline constexpr std::size_t kPreambleBytes = 48;
 
 inline constexpr std::uint64_t kMostPolygonBytes = 1U << 26;  // as much as one segment may have in the protocol
@@ -164,7 +166,13 @@ std::uint8_t code_of_error(double error, double step);
 Digest content_digest(std::span<const std::byte> content);
 std::uint32_t block_checksum(std::span<const std::byte> block);
 
+// Whether a model of so many vertices fits that many bytes of head, index and segments. Memory is taken by vertex and
+// cell; nothing near an eighth of a bit for each vertex has ever been seen (a flat grid takes 5 bits).
+bool is_believable(std::uint64_t vertices, std::uint64_t section_bytes);
+
 // `data` is exactly the section; every count is checked before anything is allocated for it. Errors start with `name`.
+// read_index fails (limit) where the preamble's sizes are not believable for the vertices, or there are more cells or
+// segments than the most.
 Result<AssetPreamble> read_preamble(std::span<const std::byte> data, const std::string& name);
 Result<AssetHead> read_head(std::span<const std::byte> head, const std::string& name);
 Result<AssetIndex> read_index(std::span<const std::byte> index, const AssetPreamble& preamble, const AssetHead& head,

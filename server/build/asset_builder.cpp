@@ -219,6 +219,11 @@ class Builder {
         });
     if (!replayed) return replayed;
     index_.cells = grower.cells();
+    if (index_.cells.size() > kMostCells) {
+      return fail(ErrorKind::limit, std::to_string(index_.cells.size()) + " cells, the limit is " +
+                                        std::to_string(kMostCells) +
+                                        "; ask for more vertices in each (--cell-vertices)");
+    }
     index_.base_next_splits = std::move(base_next_splits);
     report("measure errors", 0.0);
     surface.finish(errors.get(), index_.cells);

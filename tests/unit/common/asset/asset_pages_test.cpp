@@ -156,6 +156,72 @@ TEST(AssetPages, OfAnotherCellOrSizeAreRefused) {
 }
 
 // A client of byte ranges: head, index, the table of ranges, and the pages of one group of parents.
+// A few hundred bytes that announce so many cells on pages, each in so many layers.
+struct Announcement {
+  AssetHead head = *paged().head;
+  AssetPreamble preamble;
+  std::vector<std::byte> index;
+
+  Announcement(std::uint32_t cells, std::uint32_t layers) {
+    constexpr std::uint32_t kParents = 100;
+    head.vertex_count = cells + static_cast<std::uint32_t>(head.base.places.size());
+    head.root_cell_count = kParents;
+    head.has_pages = true;
+    head.layer_ends.resize(layers + 1);
+    std::iota(head.layer_ends.begin(), head.layer_ends.end(), std::uint8_t{1});
+    head.slab_ends = {1, static_cast<std::uint8_t>(layers + 1)};
+    head.precision = PlacePrecision({}, head.grid);
+    head.exact_base.clear();
+    AssetIndex announced;
+    announced.base_next_splits.assign(head.base.places.size(), kNeverSplit);
+    announced.first_paged = kParents;
+    announced.page_starts.sizes.resize(layers);
+    announced.page_starts.falls.resize(layers);
+    announced.segments.resize(kParents);
+    std::uint32_t child = kParents;
+    for (std::uint32_t p = 0; p < kParents; ++p) {
+      CellEntry& cell = announced.cells.emplace_back();
+      cell.first_segment = p;
+      cell.segment_count = 1;
+      cell.page_bytes = 2;
+      cell.first_child = child;
+      cell.child_count = cell.child_splits = cells / kParents + (p < cells % kParents ? 1 : 0);
+      child += cell.child_count;
+    }
+    ByteWriter out;
+    write_index(announced, head, out);
+    index = out.take();
+    preamble.head_bytes = kPreambleBytes + 1000;
+    preamble.index_bytes = index.size();
+    preamble.segment_bytes = std::uint64_t{1} << 40U;
+  }
+  Result<AssetIndex> read() const { return read_index(index, preamble, head, "x.fan"); }
+};
+
+TEST(AssetPages, MoreCellsOrSegmentsThanTheMostAreRefused) {
+  EXPECT_TRUE(Announcement(5'000, 63).read());
+  // The last has more segments than 32 bits count.
+  for (const auto& [cells, layers] :
+       {std::pair{kMostCells, 1U}, {2'000'000U, 40U}, {kMostVertices - 1000, 63U}, {68'174'084U, 63U}}) {
+    const Announcement announced(cells, layers);
+    EXPECT_LT(announced.index.size(), 3'000U);
+    const Result<AssetIndex> read = announced.read();
+    ASSERT_FALSE(read) << cells << " cells";
+    EXPECT_EQ(read.error().kind, ErrorKind::limit);
+    EXPECT_NE(read.error().message.find("more than 4194304 cells"), std::string::npos) << read.error().message;
+  }
+}
+
+TEST(AssetPages, MoreVerticesThanAllBytesCouldTellAreRefused) {
+  Announcement announced(200'000, 2);
+  EXPECT_TRUE(announced.read());
+  announced.preamble.segment_bytes = 500;
+  const Result<AssetIndex> read = announced.read();
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().kind, ErrorKind::limit);
+  EXPECT_NE(read.error().message.find("are not believed"), std::string::npos) << read.error().message;
+}
+
 TEST(AssetPages, TheTableOfRangesAndOneGroupOfPagesGiveThePlacesOfSegments) {
   BuildOptions options = testing::small_cells();
   options.slab_growth = 2.0;
