@@ -102,7 +102,8 @@ Result<void> check_output_folder(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder, ignored)) {
     return fail(ErrorKind::usage, folder.string() + ": is a file; name a folder");
   }
-  return check_output_path(folder, "");
+  // "new/" has the parent "new".
+  return check_output_path(folder.has_filename() ? folder : folder.parent_path(), "");
 }
 
 Result<void> make_output_folder(const std::filesystem::path& folder) {

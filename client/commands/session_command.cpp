@@ -195,6 +195,7 @@ int play(const Arguments& arguments, const CameraPath& path, OpenedSession& open
   options.real_time = arguments.real_time;
   options.header = header_of(arguments, opened, path);
   options.full_model = reference->mesh ? &*reference->mesh : nullptr;
+  options.depth_bounds = opened.bounds;
   options.draco = reference->draco;
   options.go_on = []() -> Result<void> {
     if (stop_flag()) return fail(ErrorKind::interrupted, "stopped by the user");

@@ -224,7 +224,8 @@ class OffscreenRenderer::Implementation {
     Camera placed = camera;
     placed.eye = (camera.eye - list.center) / list.radius;
     placed.target = (camera.target - list.center) / list.radius;
-    const Bounds bounds{(list.bounds.low - list.center) / list.radius, (list.bounds.high - list.center) / list.radius};
+    const Bounds drawn = options.depth_bounds.value_or(list.bounds);
+    const Bounds bounds{(drawn.low - list.center) / list.radius, (drawn.high - list.center) / list.radius};
     const double aspect = static_cast<double>(width_) / static_cast<double>(height_);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LESS);

@@ -4,6 +4,7 @@
 #include <array>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "client/render/image.h"
@@ -33,6 +34,8 @@ struct RenderOptions {
   // One colour for each fan instead, to show them; sRGB. For DrawMode::fans, where each run of fans of one colour is
   // drawn by a call of its own.
   std::vector<glm::vec3> fan_colors{};
+  // What depth_range() makes of these is drawn; of the mesh's own bounds where there are none.
+  std::optional<Bounds> depth_bounds{};
 };
 
 // Both modes give the same picture, pixel for pixel. Four samples a pixel. Light comes from the camera's upper left,

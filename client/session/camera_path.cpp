@@ -149,6 +149,8 @@ bool within(const glm::dvec3& v) {
   return a.x <= kLargestCoordinate && a.y <= kLargestCoordinate && a.z <= kLargestCoordinate;  // false for NaN
 }
 
+}  // namespace
+
 Result<void> check_picture(const CameraPath& path) {
   if (!(path.fps >= 0.1 && path.fps <= 240.0)) {
     return fail(ErrorKind::usage, fmt::format("{}: {} frames a second; 0.1 to 240 can be had", path.name, path.fps));
@@ -162,8 +164,6 @@ Result<void> check_picture(const CameraPath& path) {
   }
   return {};
 }
-
-}  // namespace
 
 Result<void> check_keyframe(const CameraKeyframe& key) {
   if (!within(key.camera.eye) || !within(key.camera.target) || !within(key.camera.up)) {
@@ -192,8 +192,9 @@ Result<void> check_path(const CameraPath& path) {
   for (std::size_t i = 0; i < path.keyframes.size(); ++i) {
     const CameraKeyframe& key = path.keyframes[i];
     const std::string where = fmt::format("{}: keyframe {}", path.name, i);
-    if (!(key.time_s >= 0.0 && key.time_s <= 1e9)) {
-      return fail(ErrorKind::usage, fmt::format("{}: time of {} s; it must be 0 or more", where, key.time_s));
+    if (!(key.time_s >= 0.0 && key.time_s <= kLatestTimeS)) {
+      return fail(ErrorKind::usage,
+                  fmt::format("{}: time of {} s; 0 to {} can be had", where, key.time_s, kLatestTimeS));
     }
     if (!(key.time_s > last_s)) {
       return fail(ErrorKind::usage,

@@ -43,14 +43,18 @@ struct PathView {
 inline constexpr std::size_t kMostKeyframes = 10'000;
 inline constexpr std::size_t kMostPathFrames = 100'000;
 inline constexpr double kLargestCoordinate = 1e100;
+inline constexpr double kLatestTimeS = 1e9;
 
 // Every rule that a keyframe keeps by itself: finite numbers, no coordinate beyond kLargestCoordinate, a camera that
 // passes check_camera, a tolerance above 0 and at most 10,000 px, a focus whose radius is above 0. Errors (usage) say
 // which.
 Result<void> check_keyframe(const CameraKeyframe& keyframe);
 
-// The whole path: 1 to kMostKeyframes keyframes that each pass check_keyframe, times from 0 on that rise, 0.1 to 240
-// frames a second, a picture that OffscreenRenderer can draw, at most kMostPathFrames frames. Errors (usage, limit)
+// 0.1 to 240 frames a second, and a picture that OffscreenRenderer can draw. Errors (usage) begin with the path's name.
+Result<void> check_picture(const CameraPath& path);
+
+// The whole path: 1 to kMostKeyframes keyframes that each pass check_keyframe, times from 0 to
+// kLatestTimeS that rise, what check_picture asks for, at most kMostPathFrames frames. Errors (usage, limit)
 // begin with the path's name and name the keyframe, counted from 0.
 Result<void> check_path(const CameraPath& path);
 

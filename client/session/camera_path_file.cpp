@@ -47,12 +47,30 @@ class PathReader {
     if (auto checked = check_path(path); !checked) {
       const std::string what = checked.error().message.substr(name_.size() + 2);
       const ErrorKind kind = checked.error().kind == ErrorKind::limit ? ErrorKind::limit : ErrorKind::bad_input;
-      return tl::unexpected(error(root.line, "", what, kind));
+      const auto [line, where] = fault_of(root, *frames, path);
+      return tl::unexpected(error(line, where, what, kind));
     }
     return path;
   }
 
  private:
+  // What check_path does not like of a path of which each keyframe is good by itself, and the line of that.
+  static std::pair<std::size_t, std::string> fault_of(const JsonValue& root, const JsonValue& frames,
+                                                      const CameraPath& path) {
+    const auto at = [](const JsonValue& object, const char* key, const std::string& where) {
+      const JsonValue* found = object.find(key);
+      return std::pair{found != nullptr ? found->line : object.line, where + key};
+    };
+    CameraPath only_rate;
+    only_rate.fps = path.fps;
+    if (!check_picture(only_rate)) return at(root, "fps", "");
+    if (!check_picture(path)) return at(root, "size_px", "");
+    if (path.keyframes.empty()) return {frames.line, "keyframes"};
+    std::size_t late = 0;  // the last one decides how many frames there are
+    while (late + 1 < path.keyframes.size() && path.keyframes[late].time_s <= kLatestTimeS) ++late;
+    return at(frames.items[late], "time_s", fmt::format("keyframes[{}].", late));
+  }
+
   Error error(std::size_t line, const std::string& key, const std::string& what,
               ErrorKind kind = ErrorKind::bad_input) const {
     return {kind, fmt::format("{}: line {}: {}{}{}", name_, line, key, key.empty() ? "" : ": ", what)};

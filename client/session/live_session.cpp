@@ -34,14 +34,13 @@ class LiveSession final : public ViewSession {
   }
 
   Result<SessionStep> step(const PathView& view, double time_s) override {
-    look_at(view);
+    if (!has_looked_) look_at(view);
+    has_looked_ = true;
     step_ = {};
-    if (can_plan()) {
-      if (Result<void> asked = plan_and_ask(); !asked) return tl::unexpected(asked.error());
-    }
     Result<void> ran = transport_->run_until(
         time_s, [this](const TransportEvent& event, double now_s) { return handle(event, now_s); });
     if (!ran) return tl::unexpected(with_context(ran.error(), transport_->name()));
+    look_at(view);  // which nobody knew before
     if (can_plan()) {
       if (Result<void> asked = plan_and_ask(); !asked) return tl::unexpected(asked.error());
     }
@@ -104,7 +103,7 @@ class LiveSession final : public ViewSession {
     if (!head) return tl::unexpected(head.error());
     head_ = std::make_shared<const AssetHead>(std::move(*head));
     model_ = std::make_unique<ViewModel>(head_);
-    bounds_ = bounds_of(model_->mesh().triangle_mesh().positions);
+    bounds_ = head_->grid.bounds();  // FM0 may end short of what comes: the near plane would lie behind it
     view_.near_distance = depth_range(view_.camera, bounds_).near_distance;
     first_image_ = FirstImage{now_s, transport_->received_bytes()};
     return {};
@@ -179,6 +178,7 @@ class LiveSession final : public ViewSession {
 
   std::unique_ptr<SessionTransport> transport_;
   View view_;
+  bool has_looked_ = false;
   PlanOptions options_;
   AssetPreamble preamble_;
   std::shared_ptr<const AssetHead> head_;

@@ -88,12 +88,11 @@ Result<OpenedSession> describe(const SessionSettings& settings) {
   const Result<AssetHead> head = read_head(*bytes, (*stream)->name());
   if (!head) return tl::unexpected(head.error());
   const PositionGrid& grid = head->grid;
-  const GridPoint last(grid.code_count(0) - 1, grid.code_count(1) - 1, grid.code_count(2) - 1);
   OpenedSession opened;
   opened.model = (*stream)->model();
   opened.digest = text_of((*stream)->digest());
   opened.grid_step = grid.step();
-  opened.bounds = {grid.decode(GridPoint(0)), grid.decode(last)};
+  opened.bounds = grid.bounds();
   return opened;
 }
 
@@ -121,7 +120,7 @@ Result<OpenedSession> open_live_session(const SessionSettings& settings) {
   Result<std::unique_ptr<ProgressiveMesh>> full = load_full(**asset);
   if (!full) return tl::unexpected(full.error());
   opened.full = (*full)->triangle_mesh();
-  opened.bounds = bounds_of(opened.full->positions);
+  opened.bounds = (*asset)->asset_head()->grid.bounds();
   std::unique_ptr<SessionTransport> transport;
   if (settings.real_time) {
     Result<std::unique_ptr<SessionTransport>> streamed = streamed_transport(settings);

@@ -61,29 +61,32 @@ std::int64_t milliseconds(double seconds) { return std::llround(seconds * 1e3); 
 }  // namespace
 
 SessionPictures::SessionPictures(OffscreenRenderer renderer, std::size_t planned_frames, const FanMesh* full_model,
-                                 std::filesystem::path frame_folder)
+                                 const std::optional<Bounds>& depth_bounds, std::filesystem::path frame_folder)
     : renderer_(std::move(renderer)),
       planned_frames_(planned_frames),
       full_model_(full_model),
-      frame_folder_(std::move(frame_folder)) {}
+      frame_folder_(std::move(frame_folder)) {
+  render_options_.depth_bounds = depth_bounds;
+}
 
 Result<SessionPictures> SessionPictures::create(std::uint32_t width, std::uint32_t height, std::size_t planned_frames,
-                                                const FanMesh* full_model, std::filesystem::path frame_folder) {
+                                                const FanMesh* full_model, const std::optional<Bounds>& depth_bounds,
+                                                std::filesystem::path frame_folder) {
   Result<OffscreenRenderer> renderer = OffscreenRenderer::create(width, height);
   if (!renderer) return tl::unexpected(renderer.error());
-  return SessionPictures(std::move(*renderer), planned_frames, full_model, std::move(frame_folder));
+  return SessionPictures(std::move(*renderer), planned_frames, full_model, depth_bounds, std::move(frame_folder));
 }
 
 Result<void> SessionPictures::draw(const FanMesh& mesh, const Camera& camera, FrameRecord& record) {
   const auto start = std::chrono::steady_clock::now();
-  Result<Image> image = renderer_.render(mesh, camera);
+  Result<Image> image = renderer_.render(mesh, camera, render_options_);
   if (!image) return tl::unexpected(image.error());
   record.draw_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   image_ = std::move(*image);
   difference_.reset();
   if (full_model_ == nullptr) return {};
   if (!camera_ || !same(*camera_, camera) || reference_.rgba.empty()) {
-    Result<Image> reference = renderer_.render(*full_model_, camera);
+    Result<Image> reference = renderer_.render(*full_model_, camera, render_options_);
     if (!reference) return tl::unexpected(reference.error());
     reference_ = std::move(*reference);
   }

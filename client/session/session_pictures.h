@@ -16,9 +16,11 @@ namespace fanstream {
 // Not thread safe.
 class SessionPictures {
  public:
-  // `full_model` may be null. Frames are written into `frame_folder`. Fails as OffscreenRenderer::create.
+  // `full_model` may be null; `depth_bounds` as in RenderOptions. Frames are written into `frame_folder`. Fails as
+  // OffscreenRenderer::create.
   static Result<SessionPictures> create(std::uint32_t width, std::uint32_t height, std::size_t planned_frames,
-                                        const FanMesh* full_model, std::filesystem::path frame_folder);
+                                        const FanMesh* full_model, const std::optional<Bounds>& depth_bounds,
+                                        std::filesystem::path frame_folder);
 
   // Draws and writes the frame and fills in `record`'s difference and draw_ms; draw_ms stays 0 where the mesh
   // (`changed` false) and the camera are as in the frame before, whose picture then serves again.
@@ -32,12 +34,13 @@ class SessionPictures {
 
  private:
   SessionPictures(OffscreenRenderer renderer, std::size_t planned_frames, const FanMesh* full_model,
-                  std::filesystem::path frame_folder);
+                  const std::optional<Bounds>& depth_bounds, std::filesystem::path frame_folder);
   Result<void> animate(const Image& image, std::int64_t delay_ms);
   Result<void> draw(const FanMesh& mesh, const Camera& camera, FrameRecord& record);
   void add_to_sheet(const FrameRecord& record);
 
   OffscreenRenderer renderer_;
+  RenderOptions render_options_;
   std::size_t planned_frames_;
   const FanMesh* full_model_;
   std::filesystem::path frame_folder_;

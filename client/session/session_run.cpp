@@ -86,7 +86,7 @@ class SessionRun {
   Result<SessionRunReport> run() {
     if (auto checked = check_path(path_); !checked) return tl::unexpected(checked.error());
     if (auto ready = prepare(); !ready) return tl::unexpected(ready.error());
-    if (auto played = play(); !played) return tl::unexpected(played.error());
+    play();
     if (report_.frames.empty()) return tl::unexpected(*report_.ended_early);
     report_.summary = summarise(report_.frames, options_.draco, session_.first_image());
     tell("writing", 1.0);
@@ -105,15 +105,15 @@ class SessionRun {
     const fs::path frames = options_.folder / "frames";
     if (auto made = make_folder(frames); !made) return made;
     if (auto removed = remove_old_frames(frames); !removed) return removed;
-    Result<SessionPictures> pictures =
-        SessionPictures::create(path_.width, path_.height, frame_count(path_), options_.full_model, frames);
+    Result<SessionPictures> pictures = SessionPictures::create(path_.width, path_.height, frame_count(path_),
+                                                               options_.full_model, options_.depth_bounds, frames);
     if (!pictures) return tl::unexpected(pictures.error());
     pictures_.emplace(std::move(*pictures));
     return {};
   }
 
-  // Fails where the run cannot go on at all; what only ends it is kept in the report.
-  Result<void> play() {
+  // What ends it is kept in the report.
+  void play() {
     const std::size_t count = frame_count(path_);
     double last_s = -1.0;
     for (std::size_t frame = 0; frame < count; frame = next_frame(frame)) {
@@ -123,14 +123,16 @@ class SessionRun {
       const Result<SessionStep> step = next_step(view, time_s);
       if (!step) {
         report_.ended_early = step.error();
-        return {};
+        return;
       }
       FrameRecord record = record_of(*step, frame, view, frame > 0 && has_cut(path_, last_s, time_s));
       last_s = time_s;
-      if (auto drawn = draw(view.camera, record); !drawn) return drawn;
+      if (auto drawn = draw(view.camera, record); !drawn) {
+        report_.ended_early = drawn.error();
+        return;
+      }
       report_.frames.push_back(std::move(record));
     }
-    return {};
   }
 
   Result<SessionStep> next_step(const PathView& view, double time_s) {

@@ -39,7 +39,8 @@ class ViewSession {
  public:
   virtual ~ViewSession() = default;
 
-  // Goes on to time_s with this view before the eyes: receives what comes until then, plans, asks, applies. In virtual
+  // Goes on to time_s, receiving what comes until then for the view of the last step, and turns to this view: plans,
+  // asks, applies. So what a view needs is asked for when it is seen, not before. In virtual
   // time the clock then stands at time_s, in real time it may be later. Times never go back. A server that stalls or is
   // gone is a degraded state as long as there is something to show; an error ends the session, whose mesh stays.
   virtual Result<SessionStep> step(const PathView& view, double time_s) = 0;

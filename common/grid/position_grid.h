@@ -46,6 +46,10 @@ class PositionGrid {
   GridPoint encode(const glm::dvec3& position) const;  // the nearest point; exact for points of the fitted model
   // Precondition of both: contains(code).
   glm::dvec3 decode(const GridPoint& code) const;
+  // Of all that lies on the grid, in the model's coordinates.
+  Bounds bounds() const {
+    return {decode(GridPoint(0)), decode({code_count(0) - 1, code_count(1) - 1, code_count(2) - 1})};
+  }
   GridPoint coordinates(const GridPoint& code) const {  // in grid steps, below 2^bits
     return {coordinate(0, code.x), coordinate(1, code.y), coordinate(2, code.z)};
   }

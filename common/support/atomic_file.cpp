@@ -70,8 +70,15 @@ Result<void> write_file_atomically(const std::filesystem::path& path, std::span<
   const std::filesystem::path target = exists ? std::filesystem::canonical(path, ignored) : path;
   if (target.empty()) return io_failure(path, ENOENT);
   static std::atomic<unsigned> serial{0};
-  const std::string temporary = fmt::format("{}.tmp-{}-{}", target.string(), ::getpid(), ++serial);
-  const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  std::string temporary;
+  int file = -1;
+  // One of that name may be left of a process that had this one's number and was killed.
+  constexpr int kMostLeftovers = 1000;
+  for (int i = 0; i < kMostLeftovers && file < 0; ++i) {
+    temporary = fmt::format("{}.tmp-{}-{}", target.string(), ::getpid(), ++serial);
+    file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file < 0 && errno != EEXIST) break;
+  }
   if (file < 0) return io_failure(path, errno);
   int error = exists && ::fchmod(file, status.st_mode & 07777U) != 0 ? errno : 0;
   if (const int written = write_and_close(file, bytes, true); error == 0) error = written;

@@ -53,6 +53,7 @@ Result<AssetFolder> AssetFolder::open(const std::filesystem::path& folder) {
                                    "; choose another folder with --store");
   }
   AssetFolder opened(folder);
+  opened.remove_leftovers();
   const std::filesystem::path probe = folder / fmt::format("probe.fan.tmp-{}-0", ::getpid());
   const std::array<std::byte, 1> byte{};
   if (Result<void> written = write_file_atomically(probe, std::span<const std::byte>(byte)); !written) {
@@ -60,7 +61,6 @@ Result<AssetFolder> AssetFolder::open(const std::filesystem::path& folder) {
                                                    written.error().message + "); choose another folder with --store"});
   }
   std::filesystem::remove(probe, error);
-  opened.remove_leftovers();
   return opened;
 }
 

@@ -80,6 +80,14 @@ TEST_F(SessionProgram, DrawsEveryFrame) {
   expect_png(out("p") + "/frames/frame_00000.png");
 }
 
+TEST_F(SessionProgram, AFolderMayBeNamedWithASlash) {
+  const ProgramOutcome outcome =
+      run({asset, "-o", out("slash") + "/", "--path", "orbit", "--fps", "1", "--size", "64x48", "--no-pictures"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.error;
+  EXPECT_TRUE(fs::exists(out("slash") + "/session.json"));
+  expect_failure({asset, "-o", out("none/slash") + "/", "--no-pictures"}, ErrorKind::not_found, "there is no folder");
+}
+
 TEST_F(SessionProgram, PlaysAPathFile) {
   const std::string path = folder
                                .write("path.json", R"({"keyframes": [

@@ -89,6 +89,16 @@ TEST(OffscreenRenderer, DrawsUpAsUpAndNearOverFar) {
   EXPECT_LT(brightness(far_first, 160, 120), brightness(far_first, 105, 120));
 }
 
+TEST(OffscreenRenderer, DrawsWhatLiesInTheDepthOfGivenBounds) {
+  const FanMesh square = fan_mesh(make_square());
+  const Image whole = render(square, head_on(4));
+  RenderOptions options;
+  options.depth_bounds = Bounds{{-1, -1, -5}, {1, 1, 1}};
+  EXPECT_LT(compare_images(whole, render(square, head_on(4), options))->differing_share, 1e-3);
+  options.depth_bounds = Bounds{{-1, -1, -5}, {1, 1, -1}};  // all of the square is nearer
+  EXPECT_EQ(compare_images(background(), render(square, head_on(4), options))->differing_share, 0.0);
+}
+
 TEST(OffscreenRenderer, LightsBothSidesOfAnOpenSurface) {
   const FanMesh square = fan_mesh(make_square());
   const Image outside = render(square, head_on(4));

@@ -83,12 +83,17 @@ TEST(CameraPathFile, ErrorsNameLineAndKey) {
       {with("\"cut\": true", "\"cut\": 1"), "p.json: line 10: keyframes[1].cut: expected true or false"},
       {with("640", "0.5"), "p.json: line 3: size_px: 0.5 is no number of pixels"},
       {with("640", "100000"),
-       "p.json: line 1: a picture of 100000x480 pixels; each side is 1 to 8192, and 16777216 pixels are the most"},
-      {with("12.5", "0"), "p.json: line 1: 0 frames a second; 0.1 to 240 can be had"},
+       "p.json: line 3: size_px: a picture of 100000x480 pixels; each side is 1 to 8192, and 16777216 pixels are the "
+       "most"},
+      {with("12.5", "0"), "p.json: line 2: fps: 0 frames a second; 0.1 to 240 can be had"},
       {with("\"cut\": true", "\"cut\": true, \"cut\": true"), "p.json: line 10: key \"cut\" is given twice"},
+      {with("\"time_s\": 3", "\"time_s\": 3e300"),
+       "p.json: line 12: keyframes[3].time_s: keyframe 3: time of 3e+300 s; 0 to 1000000000 can be had"},
+      {with("\"time_s\": 3", "\"time_s\": 30000"),
+       "p.json: line 12: keyframes[3].time_s: 30000 s at 12.5 frames a second are more than 100000 frames"},
       {"[]", "p.json: line 1: expected an object with keyframes"},
       {"{}", "p.json: line 1: keyframes: is missing"},
-      {"{\"keyframes\": []}", "p.json: line 1: no keyframes"},
+      {"{\"keyframes\": []}", "p.json: line 1: keyframes: no keyframes"},
       {"{\"keyframes\": [\n3]}", "p.json: line 2: keyframes[0]: expected an object"}};
   for (const auto& [text, expected] : cases) EXPECT_EQ(message(text), expected);
 }

@@ -3,9 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "client/session/built_in_paths.h"
 #include "common/asset/asset_file.h"
+#include "common/fans/fan_shape.h"
+#include "common/geometry/triangle_tree.h"
+#include "common/refine/full_mesh.h"
 #include "tests/support/seeded_random.h"
 #include "tests/support/small_assets.h"
 
@@ -144,6 +149,61 @@ TEST(LiveSession, AJumpIsFollowedAndWhatItMakesUselessIsCounted) {
   EXPECT_GT(steps[frame].error_px.value(), kTolerancePx);
   EXPECT_EQ(steps.back().state, ViewState::complete);
   EXPECT_LE(steps.back().error_px.value(), kTolerancePx);
+}
+
+TEST(LiveSession, WhatAViewNeedsIsAskedForWhenItIsSeenAndNotBefore) {
+  const CameraPath path = path_of("jump", 5.0, 40.0);
+  const auto live = session(20.0, path);
+  const auto step = [&](const PathView& view, double time_s) { return live->step(view, time_s).value(); };
+  SessionStep before;
+  for (int frame = 0; frame < 20; ++frame) before = step(view_at(path, 0.0), 0.2 * frame);
+  ASSERT_EQ(before.state, ViewState::complete);
+  const auto cut = std::find_if(path.keyframes.begin(), path.keyframes.end(), [](const auto& key) { return key.cut; });
+  ASSERT_NE(cut, path.keyframes.end());
+  PathView after = view_at(path, cut->time_s);
+  after.tolerance_px = 1.0;
+  const SessionStep seen = step(after, 10.0);
+  EXPECT_EQ(seen.received_bytes, before.received_bytes) << "nobody knew of it in the six seconds before";
+  EXPECT_EQ(seen.state, ViewState::progressing);
+  EXPECT_EQ(step(after, 10.049).received_bytes, before.received_bytes) << "less than a round trip later";
+  const SessionStep later = step(after, 12.0);
+  EXPECT_GT(later.received_bytes, before.received_bytes);
+  EXPECT_EQ(later.state, ViewState::complete);
+}
+
+// FM0 cuts off what sticks out: the nearest of it is nearer to the eye than anything of FM0.
+TEST(LiveSession, TheStatedErrorHoldsForWhatComesNearerThanTheCoarsestMesh) {
+  constexpr double kGap = 0.01;
+  const TriangleMesh full = load_full(*ball()).value()->triangle_mesh();
+  const glm::dvec3 tip = *std::max_element(full.positions.begin(), full.positions.end(),
+                                           [](const glm::dvec3& a, const glm::dvec3& b) { return a.z < b.z; });
+  CameraPath path = path_of("orbit", 10.0, 100.0);
+  path.keyframes.resize(1);
+  Camera& camera = path.keyframes[0].camera;
+  camera = {tip + glm::dvec3(0, 0, kGap), tip, {0, 1, 0}, 45.0};
+  const auto live = session(20.0, path);
+  SessionStep step;
+  for (int frame = 0; frame < 20; ++frame) step = live->step(view_at(path, 0.0), 0.1 * frame).value();
+  ASSERT_TRUE(step.error_px);
+  const FanMesh shown = live->fan_mesh().value();
+  TriangleMesh drawn{{}, triangles_of(shown)};
+  for (const Vertex& v : shown.vertices) drawn.positions.emplace_back(v.point);
+  const TriangleTree tree = TriangleTree::build(drawn).value();
+  const double near = depth_range(camera, bounds_of(full.positions)).near_distance;
+  const double focal_px = path.height / (2.0 * std::tan(camera.fov_deg * std::numbers::pi / 360.0));
+  const auto in_picture = [&](const glm::dvec3& p) {
+    const glm::dvec3 at(view_matrix(camera) * glm::dvec4(p, 1.0));
+    return glm::dvec3(focal_px * at.x / -at.z, focal_px * at.y / -at.z, -at.z);
+  };
+  double farthest = 0.0;
+  for (const glm::dvec3& p : full.positions) {
+    const glm::dvec3 belongs = in_picture(p);
+    if (belongs.z < near || std::abs(belongs.x) > 320.0 || std::abs(belongs.y) > 240.0) continue;
+    const glm::dvec3 is = in_picture(tree.closest(p).position);
+    if (is.z >= near) farthest = std::max(farthest, std::hypot(is.x - belongs.x, is.y - belongs.y));
+  }
+  EXPECT_GT(farthest, 1.0);
+  EXPECT_LE(farthest, *step.error_px);
 }
 
 TEST(LiveSession, ATriangleBudgetIsKeptAndSaid) {

@@ -158,6 +158,22 @@ TEST(SessionRun, WritesEverythingAboutAPathPlayedToItsEnd) {
   EXPECT_TRUE(report->summary.shots.at(0).reached[3]);
 }
 
+TEST(SessionRun, AFrameThatCannotBeWrittenEndsItWithTablesOfThoseBefore) {
+  const TemporaryFolder folder;
+  WholeModelSession session(torus());
+  SessionRunOptions options = into(folder.path());
+  const fs::path in_the_way = folder.path() / "frames" / "frame_00003.png";
+  options.progress = [&](std::string_view, double) { fs::create_directories(in_the_way); };
+  const Result<SessionRunReport> report = run_session(session, small_path(), options);
+  ASSERT_TRUE(report) << report.error().message;
+  ASSERT_TRUE(report->ended_early);
+  EXPECT_EQ(report->ended_early->kind, ErrorKind::io);
+  EXPECT_NE(report->ended_early->message.find("frame_00003.png"), std::string::npos) << report->ended_early->message;
+  EXPECT_EQ(report->frames.size(), 3U);
+  EXPECT_EQ(text_of(folder.path() / "frames.csv"), to_csv(report->frames));
+  EXPECT_TRUE(fs::exists(folder.path() / "session.json"));
+}
+
 TEST(SessionRun, PlayedTwiceGivesTheSameNumbersAndPictures) {
   std::vector<std::string> tables, animations;
   for (int i = 0; i < 2; ++i) {

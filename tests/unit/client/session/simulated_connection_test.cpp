@@ -54,8 +54,8 @@ TEST(SimulatedConnection, BringsTheWholeAssetAsFastAsTheLinkAllows) {
   const Log log = play(connection, *source, model, 10'000'000, 40'000);
   ASSERT_TRUE(model.complete());
   EXPECT_EQ(connection.stale_bytes(), 0U);
-  // A round trip each for the connection and for hello and open together; then the bytes at the link's rate without a pause, but for the one
-  // in which the client's wants come back.
+  // A round trip each for the connection and for hello and open together; then the bytes at the link's rate without a
+  // pause, but for the one in which the client's wants come back.
   const double bytes_us = 8.0 * static_cast<double>(connection.received_bytes()) / 10.0;
   const auto last_us = static_cast<double>(std::get<0>(log.back()));
   EXPECT_GE(last_us, bytes_us + 100'000.0 - 1.0);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <fstream>
@@ -23,6 +24,20 @@ std::string content(const std::filesystem::path& path) {
 
 std::size_t entries(const std::filesystem::path& folder) {
   return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
+}
+
+// Processes in containers often have the same number again.
+TEST(AtomicFile, WhatAKilledProcessOfThisNumberLeftIsInNobodysWay) {
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "file";
+  ASSERT_TRUE(write_file_atomically(path, bytes_of("first")));
+  for (int serial = 0; serial < 60; ++serial) {
+    folder.write("file.tmp-" + std::to_string(::getpid()) + "-" + std::to_string(serial), "left");
+  }
+  const std::size_t before = entries(folder.path());
+  ASSERT_TRUE(write_file_atomically(path, bytes_of("second")));
+  EXPECT_EQ(content(path), "second");
+  EXPECT_EQ(entries(folder.path()), before);
 }
 
 TEST(AtomicFile, ReplacesTheWholeFileAndLeavesNothingElse) {
