@@ -243,7 +243,7 @@ void add_session_arguments(CLI::App& command, Arguments& arguments) {
       ->check(CLI::Range(0.0, 1e4));
   command.add_flag("--real-time", arguments.real_time, "Play by the clock, over the network there is");
   command.add_option("--triangles", arguments.triangles, "Budget: draw at most so many")->check(not_zero());
-  command.add_option("--memory-mib", arguments.memory_mib, "Budget: hold at most so much of the model")
+  command.add_option("--memory-mib", arguments.memory_mib, "Budget: hold at most so much of the model (not counted: the program, libraries, pictures)")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 20U));
   command.add_option("--cache", arguments.cache, "Folder that keeps what comes (--real-time)");
   add_smooth_arguments(command, arguments.smooth);
