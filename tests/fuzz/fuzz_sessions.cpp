@@ -96,6 +96,7 @@ void drive_server(Script script) {
           total += buffer.size();
         require(server.credit_bytes() <= credit_before);
         server.written(total * script.byte() / 255, now_ms);
+        serve();
         break;
       }
       case 4:
