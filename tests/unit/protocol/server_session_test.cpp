@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <random>
 
 #include "tests/unit/protocol/session_pair.h"
 
@@ -151,6 +152,39 @@ TEST(ServerSession, ALongReleaseIsWorkedThroughInTurnsAndWhatFollowsWaits) {
   server.write_all();
   EXPECT_EQ(server.session.sent_segments(), 2 * source->nonempty_total());
   EXPECT_EQ(server.frames()[FrameType::wants_done], 2) << "of the first list and of the last";
+}
+
+// What the client keeps of each cell is compared with what the server believes at every frame: a mistake is an error.
+TEST(ServerSession, LongReleasesUnderWayKeepBothEndsInStep) {
+  constexpr std::uint32_t kCells = 150'000;
+  const auto source = std::make_shared<SyntheticSource>(SyntheticShape{26, kCells, 2, 30});
+  for (std::uint32_t seed = 0; seed < 3; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const auto below = [&](std::uint32_t end) { return static_cast<std::uint32_t>(random() % end); };
+    SessionPair pair;
+    pair.open(source);
+    pair.run();
+    ASSERT_TRUE(pair.client.set_wants({{0, kCells, kAllSegments}}));
+    pair.run();
+    int waits = 0;
+    for (int i = 0; i < 12; ++i) {
+      const std::uint32_t first = below(20'000);
+      ASSERT_TRUE(pair.client.release({{first, kCells - first, below(2)}}));
+      ASSERT_TRUE(pair.client.set_wants({{below(1000), kCells - 1000, 1 + below(2)}}));
+      pair.client_to_server();
+      waits += pair.server.wants_to_receive() ? 0 : 1;
+      pair.server_to_client(below(300'000));
+      pair.take_events();
+      ASSERT_FALSE(pair.client.failed());
+    }
+    EXPECT_GT(waits, 0) << "the releases are too short to show anything";
+    ASSERT_TRUE(pair.client.set_wants({{0, kCells, kAllSegments}}));
+    pair.run();
+    ASSERT_FALSE(pair.client.failed());
+    for (std::uint32_t cell = 0; cell < kCells; ++cell)
+      ASSERT_EQ(pair.client.held_prefix(cell), source->segment_count(cell));
+  }
 }
 
 TEST(ServerSession, ManyReleasesTogetherAreWorkedThroughInTurns) {
