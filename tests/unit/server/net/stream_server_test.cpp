@@ -292,7 +292,8 @@ TEST_F(StreamServerTest, ClientsThatVanishMidStreamLeaveNothingBehind) {
 
 TEST_F(StreamServerTest, AFloodOfListRequestsIsNoFloodOfCatalogues) {
   serve();
-  for (int i = 0; i < 500; ++i) provider->set("another-model-" + std::to_string(i), {});
+  for (int i = 0; i < 500; ++i)
+    provider->set("another-model-" + std::to_string(i), {ModelStatus::State::failed, 0, "broken", nullptr});
   constexpr int kLists = 4000;
   std::vector<std::byte> request;
   encode(Hello{}, request);
