@@ -304,7 +304,7 @@ TEST_F(StreamServerTest, AFloodOfListRequestsIsNoFloodOfCatalogues) {
   FrameReader reader(Receiver::client);
   int catalogues = 0;
   for (bool answered = false; !answered;) {
-    const std::vector<std::byte> bytes = socket.receive_some(1);
+    const std::vector<std::byte> bytes = socket.receive_next();
     ASSERT_FALSE(bytes.empty());
     reader.push(bytes);
     for (auto frame = reader.next(); frame && *frame; frame = reader.next()) {
