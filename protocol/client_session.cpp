@@ -219,7 +219,7 @@ std::optional<ClientEvent> ClientSession::handle(const FrameView& frame) {
       if (frame.type == FrameType::ping) {
         encode(FrameType::pong, *ping, output_);
       } else if (ping->token == static_cast<std::uint64_t>(last_ping_ms_)) {
-        link_.round_trip(last_received_ms_ - last_ping_ms_);
+        link_.round_trip(last_received_ms_ - last_ping_ms_, last_received_ms_);
       }
       return std::nullopt;
     }

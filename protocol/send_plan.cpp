@@ -1,6 +1,7 @@
 #include "protocol/send_plan.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace fanstream {
 
@@ -8,22 +9,52 @@ bool SendPlan::in_range(const CellRun& run) const {
   return std::uint64_t{run.first_cell} + run.cell_count <= source_->cell_count();
 }
 
-bool SendPlan::start(std::shared_ptr<const SegmentSource> source, const Have* have) {
+bool SendPlan::start(std::shared_ptr<const SegmentSource> source, std::optional<Have> have) {
   source_ = std::move(source);
   head_size_ = source_->head().size();
   index_size_ = source_->index().size();
-  head_sent_ = have != nullptr && have->head ? head_size_ : 0;
-  index_sent_ = have != nullptr && have->index ? index_size_ : 0;
-  sent_.assign(source_->cell_count(), 0);
-  if (have == nullptr) return true;
+  head_sent_ = have && have->head ? head_size_ : 0;
+  index_sent_ = have && have->index ? index_size_ : 0;
+  sent_.reserve(source_->cell_count());
+  walk_.emplace();
+  if (!have) return true;
   for (const CellRun& run : have->cells) {
     if (!in_range(run)) return false;
-    for (std::uint32_t cell = run.first_cell; cell < run.first_cell + run.cell_count; ++cell) {
-      const std::uint32_t count = source_->segment_count(cell);
-      if (run.prefix != kAllSegments && run.prefix > count) return false;
-      sent_[cell] = static_cast<std::uint16_t>(std::min(run.prefix, count));
+  }
+  walk_->runs = std::move(have->cells);
+  return true;
+}
+
+bool SendPlan::work(std::size_t& entry_budget) {
+  if (!walk_) return true;
+  for (; sent_.size() < source_->cell_count(); --entry_budget) {
+    if (entry_budget == 0) return false;
+    segment_total_ += source_->segment_count(static_cast<std::uint32_t>(sent_.size()));
+    sent_.push_back(0);
+  }
+  for (; walk_->run < walk_->runs.size(); ++walk_->run, walk_->run_cell = 0) {
+    const CellRun run = walk_->runs[walk_->run];
+    for (; walk_->run_cell < run.cell_count; ++walk_->run_cell, --entry_budget) {
+      if (entry_budget == 0) return false;
+      if (set_sent(*walk_, run.first_cell + walk_->run_cell, run.prefix)) continue;
+      have_is_valid_ = false;
+      walk_.reset();
+      return true;
     }
   }
+  walk_.reset();
+  return true;
+}
+
+// False if a cell stated as held has no such prefix.
+bool SendPlan::set_sent(const Walk& walk, std::uint32_t cell, std::uint32_t prefix) {
+  if (walk.release) {
+    sent_[cell] = static_cast<std::uint16_t>(std::min<std::uint32_t>(sent_[cell], prefix));
+    return true;
+  }
+  const std::uint32_t count = source_->segment_count(cell);
+  if (prefix != kAllSegments && prefix > count) return false;
+  sent_[cell] = static_cast<std::uint16_t>(std::min(prefix, count));
   return true;
 }
 
@@ -35,19 +66,20 @@ void SendPlan::set_wants(std::uint32_t epoch, std::vector<CellRun> runs) {
   done_pending_ = true;
 }
 
-bool SendPlan::release(const std::vector<CellRun>& runs) {
+bool SendPlan::release(std::vector<CellRun> runs) {
   ++release_count_;
-  for (const CellRun& run : runs) {
-    if (!in_range(run)) return false;
-    for (std::uint32_t cell = run.first_cell; cell < run.first_cell + run.cell_count; ++cell) {
-      sent_[cell] = static_cast<std::uint16_t>(std::min<std::uint32_t>(sent_[cell], run.prefix));
-    }
-  }
-  return true;
+  const auto beyond = std::find_if(runs.begin(), runs.end(), [this](const CellRun& run) { return !in_range(run); });
+  const bool all = beyond == runs.end();
+  runs.erase(beyond, runs.end());
+  walk_.emplace();
+  walk_->runs = std::move(runs);
+  walk_->release = true;
+  return all;
 }
 
 SendPlan::Next SendPlan::next(std::uint64_t credit_bytes, std::size_t& entry_budget, DataFrame& frame) {
   if (!source_) return Next::idle;
+  if (walk_) return Next::out_of_work;
   frame = {};
   frame.release_count = release_count_;
   if (head_sent_ < head_size_ || index_sent_ < index_size_) {

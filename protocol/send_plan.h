@@ -44,14 +44,23 @@ class SendPlan {
     too_large,     // the asset holds a segment beyond kMaxSegmentBytes
   };
 
-  // `have` must be of this source. False if it names cells or prefixes that the source has not.
-  bool start(std::shared_ptr<const SegmentSource> source, const Have* have);
+  // Begins with a source. `have` must be of it. False if it names cells that the source has not. Everything else is
+  // work().
+  bool start(std::shared_ptr<const SegmentSource> source, std::optional<Have> have);
   const SegmentSource* source() const { return source_.get(); }
+  // Walks through the cells of start() and release(), as far as the budget of entries goes. True if all is done; until
+  // then nothing is chosen, and neither lists nor releases may be given.
+  bool work(std::size_t& entry_budget);
+  bool has_cells_to_walk() const { return walk_.has_value(); }
+  // After work(): whether `have` named no prefix that its cell has not.
+  bool have_is_valid() const { return have_is_valid_; }
+  std::uint64_t segment_total() const { return segment_total_; }
 
   // Replaces the list. The caller first takes back what it holds unsent (take_back).
   void set_wants(std::uint32_t epoch, std::vector<CellRun> runs);
   std::uint32_t epoch() const { return epoch_; }
-  bool release(const std::vector<CellRun>& runs);  // false if out of range
+  // The rest is work(). False if a run is out of range; those before it are released.
+  bool release(std::vector<CellRun> runs);
   std::uint32_t release_count() const { return release_count_; }
 
   // The next frame if it fits into `credit_bytes`.
@@ -63,15 +72,23 @@ class SendPlan {
 
   // Something might be sent, given credit: not known for certain before next() has looked through the list.
   bool has_work() const {
-    return source_ &&
-           (head_sent_ < head_size_ || index_sent_ < index_size_ || part_ || run_ < runs_.size() || done_pending_);
+    return source_ && (walk_ || head_sent_ < head_size_ || index_sent_ < index_size_ || part_ || run_ < runs_.size() ||
+                       done_pending_);
   }
 
  private:
   struct OpenSegment {
     std::uint32_t cell, segment, offset_bytes;
   };
+  // Cells whose sent prefixes change, and how far that has come.
+  struct Walk {
+    std::vector<CellRun> runs;
+    bool release = false;  // else: held from before
+    std::size_t run = 0;
+    std::uint32_t run_cell = 0;
+  };
   bool in_range(const CellRun& run) const;
+  bool set_sent(const Walk& walk, std::uint32_t cell, std::uint32_t prefix);
   bool give_blob(std::uint64_t credit_bytes, DataFrame& frame);
   void give_part(const OpenSegment& part, Bytes whole, DataFrame& frame);
   Next next_wanted(std::uint64_t credit_bytes, std::size_t& entry_budget, DataFrame& frame);
@@ -81,6 +98,9 @@ class SendPlan {
   std::uint64_t head_size_ = 0, head_sent_ = 0;
   std::uint64_t index_size_ = 0, index_sent_ = 0;
   std::vector<std::uint16_t> sent_;  // per cell: how many segments were chosen, or are held by the client
+  std::optional<Walk> walk_;
+  bool have_is_valid_ = true;
+  std::uint64_t segment_total_ = 0;
   std::uint32_t release_count_ = 0;
   std::optional<OpenSegment> part_;  // a segment of several parts that has begun
   std::vector<CellRun> runs_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace fanstream {
 namespace {
@@ -9,31 +10,49 @@ namespace {
 constexpr std::size_t kMaxUnsentBytes =
     256 * 1024;  // twice what data alone can come to, so only unread answers stop reading
 constexpr std::size_t kMaxFramesInFlight = 256;
-constexpr std::size_t kEntriesPerWrite = 64 * 1024;  // looked-at entries of a list before others get their turn
+
+constexpr std::string_view kNotHeld = "the cells stated as held are not in the model";
 
 }  // namespace
 
 ServerSession::ServerSession(const ServerSessionOptions& options, TimeMs now_ms)
-    : options_(options), started_ms_(now_ms), last_received_ms_(now_ms) {
+    : options_(options), started_ms_(now_ms), last_received_ms_(now_ms), passed_ms_(now_ms) {
   reader_.restrict_to(FrameType::hello);
 }
 
 void ServerSession::commit(std::size_t size_bytes, TimeMs now_ms) {
+  pass_time(now_ms);
   reader_.commit(size_bytes);
   if (size_bytes > 0) last_received_ms_ = now_ms;
 }
 
 void ServerSession::receive(Bytes bytes, TimeMs now_ms) {
+  pass_time(now_ms);
   reader_.push(bytes);
   if (!bytes.empty()) last_received_ms_ = now_ms;
 }
 
 bool ServerSession::wants_to_receive() const {
-  return !closing_ && control_.size() + in_flight_bytes_ < kMaxUnsentBytes;
+  return !closing_ && control_.size() + in_flight_bytes_ < kMaxUnsentBytes && !plan_.has_cells_to_walk();
+}
+
+// What the client says while we do not listen cannot be heard: that time is not its silence.
+void ServerSession::pass_time(TimeMs now_ms) {
+  if (!closing_ && !wants_to_receive()) {
+    last_received_ms_ += now_ms - passed_ms_;
+    if (frame_begun_ms_) *frame_begun_ms_ += now_ms - passed_ms_;
+  }
+  passed_ms_ = now_ms;
 }
 
 std::optional<ServerEvent> ServerSession::next_event(TimeMs now_ms) {
+  pass_time(now_ms);
+  input_waits_ = false;
   while (!closing_) {
+    if (!wants_to_receive()) {
+      input_waits_ = reader_.mid_frame();
+      return std::nullopt;
+    }
     const Result<std::optional<FrameView>> frame = reader_.next();
     if (!frame) {
       close(ErrorCode::bad_frame, frame.error().message);
@@ -56,7 +75,8 @@ std::optional<ServerEvent> ServerSession::handle(const FrameView& frame, TimeMs)
   switch (frame.type) {
     case FrameType::hello: return handle_hello(frame.payload);
     case FrameType::list:
-      // One answer serves all requests that arrived before it: a flood of requests cannot make a flood of catalogues.
+      // One answer serves all requests that arrive before the transport has all of it: a flood of requests cannot make
+      // a flood of catalogues.
       if (list_pending_) return std::nullopt;
       list_pending_ = true;
       return ListRequested{};
@@ -135,31 +155,34 @@ void ServerSession::handle_wants(Bytes payload) {
 }
 
 void ServerSession::handle_release(Bytes payload) {
-  const Result<Release> release = decode_release(payload);
+  Result<Release> release = decode_release(payload);
   if (!release) return close(ErrorCode::bad_message, release.error().message);
   if (!open_attempted_) return close(ErrorCode::unexpected_message, "release before any open");
   if (plan_.source() == nullptr) return;  // nothing was sent, so nothing is held
-  if (!plan_.release(release->runs)) {
+  if (!plan_.release(std::move(release->runs))) {
     refuse(ErrorCode::want_out_of_range,
            "release names cells beyond the model's " + std::to_string(plan_.source()->cell_count()));
   }
+  work_through_cells();
   blocked_on_credit_ = false;
 }
 
 void ServerSession::handle_credit(Bytes payload) {
   const Result<Credit> credit = decode_credit(payload);
   if (!credit) return close(ErrorCode::bad_message, credit.error().message);
-  if (credit->bytes > kMaxCredit - credit_bytes_) return close(ErrorCode::limit, "more credit than 2^40 bytes");
+  // What is taken back unsent can lift it above the limit.
+  if (credit_bytes_ > kMaxCredit || credit->bytes > kMaxCredit - credit_bytes_)
+    return close(ErrorCode::limit, "more credit than 2^40 bytes");
   credit_bytes_ += credit->bytes;
   blocked_on_credit_ = false;
 }
 
 void ServerSession::send_catalogue(const std::vector<CatalogueEntry>& entries) {
-  list_pending_ = false;
   if (closing_) return;
   if (entries.size() > kMaxCatalogueEntries)
     return close(ErrorCode::limit, "the catalogue is larger than 65536 models");
   encode_catalogue(entries, control_);
+  catalogue_queued_ = true;
 }
 
 void ServerSession::open_building(double fraction, TimeMs now_ms) {
@@ -182,35 +205,54 @@ void ServerSession::open_ready(std::shared_ptr<const SegmentSource> source) {
     return open_failed(ErrorCode::limit, "the asset is larger than the protocol can name");
   }
   const bool resumed = have_ && have_->digest == source->digest();
+  if (!resumed) have_.reset();
   SendPlan plan;
-  if (!plan.start(source, resumed ? &*have_ : nullptr)) {
-    return open_failed(ErrorCode::want_out_of_range, "the cells stated as held are not in the model");
-  }
+  if (!plan.start(source, std::exchange(have_, std::nullopt)))
+    return open_failed(ErrorCode::want_out_of_range, kNotHeld);
   plan_ = std::move(plan);
-  Opened opened;
+  Opened& opened = opening_.emplace();
   opened.resumed = resumed;
   opened.digest = source->digest();
   opened.cell_count = source->cell_count();
-  for (std::uint32_t cell = 0; cell < opened.cell_count; ++cell) opened.segment_total += source->segment_count(cell);
   opened.head_size_bytes = source->head().size();
   opened.index_size_bytes = source->index().size();
   opened.size_bytes = source->size_bytes();
   opened.vertex_count = source->vertex_count();
   opened.triangle_count = source->triangle_count();
-  encode(opened, control_);
+  opening_model_ = std::move(*pending_open_);
   pending_open_.reset();
-  have_.reset();
+  work_through_cells();
+}
+
+// As far as this turn allows.
+void ServerSession::work_through_cells() {
+  if (plan_.work(entries_left_) && opening_) finish_open();
+}
+
+void ServerSession::finish_open() {
+  Opened opened = *opening_;
+  opening_.reset();
+  if (!plan_.have_is_valid()) {
+    plan_ = {};
+    return refuse_open(ErrorCode::want_out_of_range, opening_model_, kNotHeld);
+  }
+  opened.segment_total = plan_.segment_total();
+  encode(opened, control_);
   if (early_wants_) plan_.set_wants(early_wants_->epoch, std::move(early_wants_->runs));
   early_wants_.reset();
 }
 
 void ServerSession::open_failed(ErrorCode code, std::string_view text) {
   if (!pending_open_ || closing_) return;
-  const std::string message = "model '" + *pending_open_ + "': " + std::string(text);
+  const std::string model = std::move(*pending_open_);
   pending_open_.reset();
   have_.reset();
+  refuse_open(code, model, text);
+}
+
+void ServerSession::refuse_open(ErrorCode code, const std::string& model, std::string_view text) {
   early_wants_.reset();
-  refuse(code, message);
+  refuse(code, "model '" + model + "': " + std::string(text));
 }
 
 void ServerSession::refuse(ErrorCode code, std::string_view text, std::uint32_t detail) {
@@ -291,9 +333,9 @@ void ServerSession::add_data(DataFrame frame) {
 }
 
 // Adds to in_flight_ one frame of data or what the plan has to say. False: nothing more at the moment.
-bool ServerSession::choose_one(std::size_t& entry_budget) {
+bool ServerSession::choose_one() {
   DataFrame frame;
-  switch (plan_.next(credit_bytes_, entry_budget, frame)) {
+  switch (plan_.next(credit_bytes_, entries_left_, frame)) {
     case SendPlan::Next::frame: add_data(std::move(frame)); return true;
     case SendPlan::Next::wants_done: {
       OutFrame& out = in_flight_.emplace_back();
@@ -321,12 +363,15 @@ void ServerSession::fill() {
     if (control_.empty()) return;
     OutFrame& out = in_flight_.emplace_back();
     out.bytes.swap(control_);
+    out.answers_list = std::exchange(catalogue_queued_, false);
     in_flight_bytes_ += out.size_bytes();
   };
+  entries_left_ = kEntriesPerWrite;
+  if (!closing_) work_through_cells();
   flush_control();
-  std::size_t entry_budget = kEntriesPerWrite;
-  while (!closing_ && in_flight_bytes_ < options_.write_batch_bytes && in_flight_.size() < kMaxFramesInFlight &&
-         choose_one(entry_budget)) {
+  // Frames that wait may replace the list: they come first.
+  while (!closing_ && !input_waits_ && in_flight_bytes_ < options_.write_batch_bytes &&
+         in_flight_.size() < kMaxFramesInFlight && choose_one()) {
   }
   flush_control();  // a refusal found while choosing
 }
@@ -362,10 +407,12 @@ std::size_t ServerSession::next_write(std::span<Bytes> buffers, std::vector<std:
     if (frame.data) add(frame.data->blob.subspan(frame.written_bytes - skip));
     frame.handed = true;
   }
+  if (count == 0) unsent_since_ms_.reset();  // it is not the client that keeps us waiting
   return count;
 }
 
 void ServerSession::written(std::size_t size_bytes, TimeMs now_ms) {
+  pass_time(now_ms);
   sent_bytes_ += size_bytes;
   if (size_bytes > 0) unsent_since_ms_ = now_ms;
   assert(size_bytes <= in_flight_bytes_);
@@ -379,6 +426,7 @@ void ServerSession::written(std::size_t size_bytes, TimeMs now_ms) {
     }
     size_bytes -= left;
     if (frame.data) sent_segments_ += frame.data->finished_segments;
+    if (frame.answers_list) list_pending_ = false;
     in_flight_.pop_front();
   }
   for (OutFrame& frame : in_flight_) frame.handed = false;
@@ -408,6 +456,7 @@ void ServerSession::check_sending(TimeMs now_ms) {
 
 void ServerSession::tick(TimeMs now_ms) {
   if (aborted_) return;
+  pass_time(now_ms);
   check_sending(now_ms);
   if (closing_) return;
   if (!welcomed_) {

@@ -2,8 +2,12 @@
 // possible. No sockets, clocks or threads: the driver passes the time (any monotonic milliseconds) and moves the bytes.
 // Not thread safe.
 //
-//   driver loop: receive() -> next_event() until empty, answering each; while wants_to_send() and the transport can
-//   take bytes: next_write(), write, written(); tick() about once a second; close the transport once finished().
+//   driver loop: receive() while wants_to_receive(); next_event() until empty, answering each, after receive() and
+//   after written(); while wants_to_send() and the transport can take bytes: next_write(), write, written(); tick()
+//   about once a second; close the transport once finished().
+//
+// Cells that a client names in lists are walked through 64 Ki at a time, once for every next_write(). While a long
+// release or statement of what is held is not yet worked through, nothing further is received or chosen.
 #pragma once
 
 #include <cstddef>
@@ -24,12 +28,13 @@ namespace fanstream {
 
 struct ServerSessionOptions {
   TimeMs handshake_timeout_ms = 10'000;  // from connection to a complete hello
-  TimeMs frame_timeout_ms = 30'000;      // from the first to the last byte of any other frame
-  TimeMs ping_interval_ms = 20'000;      // silence after which the client is asked for a sign of life
-  TimeMs idle_timeout_ms = 90'000;       // silence after which it is given up
-  TimeMs stall_timeout_ms = 60'000;      // bytes to send and the client takes none: given up
-  TimeMs no_credit_notice_ms = 5'000;    // wanted segments wait for credit: the client is told
-  TimeMs building_repeat_ms = 2'000;     // 'building' is repeated at least so often
+  // Of these three, time in which the session does not want to receive does not count.
+  TimeMs frame_timeout_ms = 30'000;    // from the first to the last byte of any other frame
+  TimeMs ping_interval_ms = 20'000;    // silence after which the client is asked for a sign of life
+  TimeMs idle_timeout_ms = 90'000;     // silence after which it is given up
+  TimeMs stall_timeout_ms = 60'000;    // bytes to send and the client takes none: given up
+  TimeMs no_credit_notice_ms = 5'000;  // wanted segments wait for credit: the client is told
+  TimeMs building_repeat_ms = 2'000;   // 'building' is repeated at least so often
   // Data chosen for one write. Larger costs lateness on slow lines (32 KiB is 26 ms at 10 Mbit/s), smaller costs system
   // calls.
   std::size_t write_batch_bytes = 32 * 1024;
@@ -51,10 +56,11 @@ class ServerSession {
   std::span<std::byte> prepare(std::size_t size_bytes) { return reader_.prepare(size_bytes); }
   void commit(std::size_t size_bytes, TimeMs now_ms);
   void receive(Bytes bytes, TimeMs now_ms);
-  // False while the client leaves our answers unread: the driver then stops reading, so that no flood can fill our
-  // memory.
+  // False while the client leaves our answers unread, and while what it sent before is being worked through: the driver
+  // then stops reading, so that no flood can fill our memory or time.
   bool wants_to_receive() const;
-  // Works through what was received until something needs the driver. Violations of the protocol queue a fatal error.
+  // Works through what was received until something needs the driver, or until the session does not want to receive:
+  // what it has got of frames then waits. Violations of the protocol queue a fatal error.
   std::optional<ServerEvent> next_event(TimeMs now_ms);
 
   void send_catalogue(const std::vector<CatalogueEntry>& entries);
@@ -64,12 +70,12 @@ class ServerSession {
   // The model whose open is still to be answered.
   const std::optional<std::string>& pending_open() const { return pending_open_; }
 
-  // True if next_write() may give bytes. False positives are possible when a long list has to be looked through.
+  // True if next_write() may give bytes or has cells to walk through. Then it may give none.
   bool wants_to_send() const;
   // Fills `buffers` with what to write now, in order: about write_batch_bytes of frames. Blobs come straight from the
   // source, except that pieces below kJoinBytes are joined in `scratch`, where a copy is cheaper than one more buffer
-  // for the kernel. Returns how many buffers; they and `scratch` must stay as they are until written(). 0 means ask
-  // again later.
+  // for the kernel. Returns how many buffers; they and `scratch` must stay as they are until written(). 0 means go on
+  // with next_event() and ask again later.
   static constexpr std::size_t kJoinBytes = 1024;
   std::size_t next_write(std::span<Bytes> buffers, std::vector<std::byte>& scratch);
   // How many of those bytes the transport took. The rest comes again.
@@ -90,12 +96,14 @@ class ServerSession {
   std::uint64_t credit_bytes() const { return credit_bytes_; }
 
  private:
+  static constexpr std::size_t kEntriesPerWrite = 64 * 1024;  // cells of lists before others get their turn
   struct OutFrame {
     std::optional<DataFrame> data;
     std::optional<DataFrameHeader> header;  // of data with a blob
     std::vector<std::byte> bytes;           // otherwise: joined segments, control frames, wants done
     bool wants_done = false;
-    bool handed = false;  // given out by next_write() and not yet reported
+    bool answers_list = false;  // ends with a catalogue
+    bool handed = false;        // given out by next_write() and not yet reported
     std::size_t written_bytes = 0;
     Bytes front() const { return header ? header->bytes() : Bytes(bytes); }
     std::size_t size_bytes() const { return front().size() + (data ? data->blob.size() : 0); }
@@ -107,26 +115,35 @@ class ServerSession {
   void handle_wants(Bytes payload);
   void handle_release(Bytes payload);
   void handle_credit(Bytes payload);
+  void work_through_cells();
+  void refuse_open(ErrorCode code, const std::string& model, std::string_view text);
+  void finish_open();
   void refuse(ErrorCode code, std::string_view text, std::uint32_t detail = 0);  // non-fatal
   void take_back_unsent();
   void fill();
-  bool choose_one(std::size_t& entry_budget);
+  bool choose_one();
   void add_data(DataFrame frame);
+  void pass_time(TimeMs now_ms);
   void check_sending(TimeMs now_ms);
   void abort(std::string reason);
 
   ServerSessionOptions options_;
   FrameReader reader_{Receiver::server};
   bool welcomed_ = false;
-  bool list_pending_ = false;
+  bool list_pending_ = false;      // the answer is not wholly written
+  bool catalogue_queued_ = false;  // in control_
   bool open_attempted_ = false;
   std::optional<std::string> pending_open_;
   std::optional<Have> have_;
+  std::optional<Opened> opening_;  // to be said when all cells are walked through
+  std::string opening_model_;
   std::optional<Wants> early_wants_;  // arrived before the model was ready
   SendPlan plan_;
   std::uint32_t last_epoch_ = 0;
   std::uint64_t credit_bytes_ = 0;
   bool blocked_on_credit_ = false;
+  bool input_waits_ = false;  // next_event() stopped before the end of what was received
+  std::size_t entries_left_ = kEntriesPerWrite;
   std::uint32_t refusals_ = 0;
   int last_permille_ = -1;
 
@@ -140,7 +157,8 @@ class ServerSession {
   std::uint64_t sent_segments_ = 0;
 
   TimeMs started_ms_;
-  TimeMs last_received_ms_;
+  TimeMs last_received_ms_;  // this and frame_begun_ms_ move along while nothing is received on purpose
+  TimeMs passed_ms_;
   TimeMs last_ping_ms_ = 0;
   TimeMs last_building_ms_ = 0;
   std::optional<TimeMs> frame_begun_ms_;

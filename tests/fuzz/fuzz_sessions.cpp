@@ -46,7 +46,8 @@ struct Script {
     return value;
   }
   Bytes bytes() {
-    const std::size_t size = std::min<std::size_t>(byte(), rest.size());
+    const std::size_t wanted = byte();  // first: it shortens the rest
+    const std::size_t size = std::min(wanted, rest.size());
     const Bytes value = rest.first(size);
     rest = rest.subspan(size);
     return value;
@@ -96,6 +97,7 @@ void drive_server(Script script) {
           total += buffer.size();
         require(server.credit_bytes() <= credit_before);
         server.written(total * script.byte() / 255, now_ms);
+        serve();
         break;
       }
       case 4:

@@ -25,7 +25,10 @@ struct SessionPair {
     while (server.wants_to_send() && moved < max_bytes) {
       std::array<Bytes, 64> buffers;
       const std::size_t count = server.next_write(buffers, scratch);
-      if (count == 0) break;
+      if (count == 0) {
+        serve();
+        continue;
+      }
       std::size_t taken = 0;
       for (const Bytes& buffer : std::span(buffers).first(count)) {
         const Bytes part = buffer.first(std::min(buffer.size(), max_bytes - moved - taken));
@@ -34,6 +37,7 @@ struct SessionPair {
       }
       server.written(taken, now_ms);
       moved += taken;
+      serve();
     }
     return moved;
   }

@@ -290,6 +290,32 @@ TEST_F(StreamServerTest, ClientsThatVanishMidStreamLeaveNothingBehind) {
   EXPECT_EQ(server->metrics().sessions_open, 0U);
 }
 
+TEST_F(StreamServerTest, AFloodOfListRequestsIsNoFloodOfCatalogues) {
+  serve();
+  for (int i = 0; i < 500; ++i)
+    provider->set("another-model-" + std::to_string(i), {ModelStatus::State::failed, 0, "broken", nullptr});
+  constexpr int kLists = 4000;
+  std::vector<std::byte> request;
+  encode(Hello{}, request);
+  for (int i = 0; i < kLists; ++i) write_frame(FrameType::list, {}, request);
+  encode(FrameType::ping, Ping{5}, request);
+  RawSocket socket = RawSocket::connect(server->port());
+  ASSERT_TRUE(socket.send(request));
+  FrameReader reader(Receiver::client);
+  int catalogues = 0;
+  for (bool answered = false; !answered;) {
+    const std::vector<std::byte> bytes = socket.receive_next();
+    ASSERT_FALSE(bytes.empty());
+    reader.push(bytes);
+    for (auto frame = reader.next(); frame && *frame; frame = reader.next()) {
+      if ((*frame)->type == FrameType::catalogue) ++catalogues;
+      answered = answered || (*frame)->type == FrameType::pong;
+    }
+  }
+  EXPECT_GT(catalogues, 0);
+  EXPECT_LT(catalogues, kLists / 20) << "what the server reads at once is answered at once";
+}
+
 TEST_F(StreamServerTest, AFloodOfWantsIsServedByItsLastList) {
   serve({8, 1000, 3, 300});
   std::vector<std::byte> request;
