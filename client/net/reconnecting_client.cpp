@@ -69,8 +69,9 @@ void ReconnectingClient::attempt() {
   attempt_until_ms_ = steady_now_ms() + options_.client.connect_timeout_ms;
   ++connections_;
   state_ = State::connecting;
-  if (const Result<void> sent = link_->session().open(address_.model, have()); !sent) return fail_for_good(sent.error());
-  if (const Result<void> begun = link_->begin_connect(); !begun) lost(begun.error());
+  if (const Result<void> sent = link_->session().open(address_.model, have()); !sent)
+    return fail_for_good(sent.error());
+  if (const Result<void> begun = link_->begin_connect(attempt_until_ms_); !begun) lost(begun.error());
 }
 
 std::optional<Have> ReconnectingClient::have() const {
