@@ -10,6 +10,7 @@ namespace {
 constexpr std::uint32_t kLeastWindowBytes = 3 * kMaxChunkBytes / 2;  // less a quarter, a frame still fits
 constexpr std::uint32_t kFirstWindowBytes = 256 * 1024;
 constexpr std::uint32_t kSpareWindowBytes = 48 * 1024;
+constexpr std::size_t kProgressBytes = 1024;  // of a frame that is not complete
 constexpr TimeMs kMeasuringPingMs = 1'000;
 constexpr TimeMs kAwayMs = 2'000;  // a gap between ticks above this is the driver's own absence
 
@@ -59,7 +60,10 @@ Result<std::uint32_t> ClientSession::set_wants(std::vector<CellRun> runs) {
   }
   wants_frame_.clear();
   note_wanted(runs);
-  encode(Wants{++set_epoch_, std::move(runs)}, wants_frame_);
+  Wants wants{++set_epoch_, std::move(runs)};
+  encode(wants, wants_frame_);
+  list_ = std::move(wants.runs);
+  released_since_list_.clear();
   return set_epoch_;
 }
 
@@ -94,25 +98,29 @@ Result<void> ClientSession::set_segment_table(std::shared_ptr<const SegmentTable
 
 Result<void> ClientSession::release(const std::vector<CellRun>& runs) {
   if (!model_) return fail(ErrorKind::usage, "release needs an open model");
-  if (Result<void> valid = check_runs(runs); !valid) return valid;
+  if (Result<void> valid = check_each_run(runs); !valid) return valid;
+  for (const CellRun& run : runs) {
+    if (std::uint64_t{run.first_cell} + run.cell_count <= held_.size()) continue;
+    return fail(ErrorKind::usage, "release names cell " + std::to_string(run.first_cell + run.cell_count - 1) +
+                                      ", the model has " + std::to_string(held_.size()));
+  }
+  if (runs.size() > 0xFFFFFFFFU - releases_made_) return fail(ErrorKind::limit, "a session takes 2^32 - 1 releases");
   std::vector<CellPrefix> dropped;
   for (const CellRun& run : runs) {
-    if (std::uint64_t{run.first_cell} + run.cell_count > held_.size()) {
-      return fail(ErrorKind::usage, "release names cell " + std::to_string(run.first_cell + run.cell_count - 1) +
-                                        ", the model has " + std::to_string(held_.size()));
-    }
     for (std::uint32_t cell = run.first_cell; cell < run.first_cell + run.cell_count; ++cell) {
-      if (held_[cell] > run.prefix) dropped.push_back({cell, run.prefix});
+      if (held_[cell] <= run.prefix) continue;
+      held_[cell] = run.prefix;
+      dropped.push_back({cell, run.prefix});
     }
   }
   const std::vector<CellRun> packed = to_runs(dropped);
-  if (packed.empty()) return {};
-  if (Result<void> valid = check_runs(packed); !valid) return valid;
-  if (releases_made_ == 0xFFFFFFFFU) return fail(ErrorKind::limit, "a session takes 2^32 - 1 releases");
-  for (const CellPrefix& entry : dropped) held_[entry.cell] = entry.prefix;
-  encode(Release{packed}, output_);
-  releases_.push_back(packed);
-  ++releases_made_;
+  if (wants_outstanding()) released_since_list_.insert(released_since_list_.end(), packed.begin(), packed.end());
+  for (std::vector<CellRun>& list : split_runs(packed)) {
+    Release release{std::move(list)};
+    encode(release, output_);
+    releases_.push_back(std::move(release.runs));
+    ++releases_made_;
+  }
   return {};
 }
 
@@ -177,7 +185,12 @@ std::optional<ClientEvent> ClientSession::next_event() {
       return fail_with(frame.error().kind, std::move(message));
     }
     if (!*frame) break;
+    partial_bytes_ = 0;
     if (std::optional<ClientEvent> event = handle(**frame)) return event;
+  }
+  if (reader_.buffered_bytes() >= partial_bytes_ + kProgressBytes) {  // over a slow link a frame takes its time
+    partial_bytes_ = reader_.buffered_bytes();
+    progressed_ = true;
   }
   if (!closed_) return std::nullopt;
   std::string message = *closed_ + " after " + std::to_string(received_bytes_) + " bytes";
@@ -489,14 +502,39 @@ std::optional<ClientEvent> ClientSession::give_arrived() {
   }
 }
 
+// A segment that the newest list names and that should have come, if there is one.
+std::optional<CellPrefix> ClientSession::first_missing() const {
+  if (!table_) return std::nullopt;
+  std::vector<std::uint32_t> released_from(released_since_list_.empty() ? 0 : held_.size(), kAllSegments);
+  for (const CellRun& run : released_since_list_) {
+    for (std::uint32_t cell = run.first_cell; cell < run.first_cell + run.cell_count; ++cell)
+      released_from[cell] = std::min(released_from[cell], run.prefix);
+  }
+  for (const CellRun& run : list_) {
+    const std::uint64_t end = std::min<std::uint64_t>(std::uint64_t{run.first_cell} + run.cell_count, held_.size());
+    for (std::uint32_t cell = run.first_cell; cell < end; ++cell) {
+      if (!table_->is_known(cell)) continue;
+      const std::uint32_t next = held_prefix(cell);
+      if (next >= std::min(run.prefix, table_->segment_count(cell))) continue;
+      if (released_from.empty() || next < released_from[cell]) return CellPrefix{cell, next};
+    }
+  }
+  return std::nullopt;
+}
+
 std::optional<ClientEvent> ClientSession::handle_wants_done(Bytes payload) {
   const Result<WantsDone> done = decode_wants_done(payload);
   if (!done) return fail_with(done.error().kind, done.error().message);
   if (done->epoch <= served_epoch_ || done->epoch > sent_epoch_) {
     return unexpected(FrameType::wants_done, "for epoch " + std::to_string(done->epoch) + ", which is not open");
   }
+  if (!index_told_) return unexpected(FrameType::wants_done, "before the index was complete");
   if (const Result<void> applied = apply_releases(FrameType::wants_done, done->release_count); !applied) {
     return fail_with(applied.error().kind, applied.error().message);
+  }
+  if (const std::optional<CellPrefix> missing = done->epoch == set_epoch_ ? first_missing() : std::nullopt) {
+    return unexpected(FrameType::wants_done, "without having sent segment " + std::to_string(missing->prefix) +
+                                                 " of cell " + std::to_string(missing->cell) + ", which was wanted");
   }
   served_epoch_ = done->epoch;
   return event::WantsServed{done->epoch};
@@ -514,6 +552,7 @@ std::optional<ClientEvent> ClientSession::handle_error(Bytes payload) {
     wants_frame_.clear();
     early_wants_.clear();
     early_wants_many_ = false;
+    list_.clear();
     set_epoch_ = served_epoch_ = sent_epoch_;  // wants sent along with this open will not be served
   } else if (error->code == ErrorCode::want_out_of_range && error->detail != 0 && error->detail <= sent_epoch_) {
     served_epoch_ = std::max(served_epoch_, error->detail);
@@ -554,10 +593,10 @@ void ClientSession::tick(TimeMs now_ms) {
   const TimeMs silent_ms = now_ms - last_received_ms_;
   const bool dead = silent_ms > options_.ping_interval_ms + options_.stall_timeout_ms;
   if (stalled_ms > options_.stall_timeout_ms || dead) {
-    failure_ = Error{ErrorKind::network, "stalled: nothing came for " +
-                                             std::to_string(std::max(stalled_ms, silent_ms) / 1000) + " s" +
-                                             (dead ? "" : " while waiting for " + std::string(awaiting())) + ", " +
-                                             std::to_string(received_bytes_) + " bytes were received"};
+    failure_ = Error{ErrorKind::network, "stalled: " + std::string(silent_ms < stalled_ms ? "too little" : "nothing") +
+                                             " came for " + std::to_string(std::max(stalled_ms, silent_ms) / 1000) +
+                                             " s" + (dead ? "" : " while waiting for " + std::string(awaiting())) +
+                                             ", " + std::to_string(received_bytes_) + " bytes were received"};
     return;
   }
   if (!welcomed_) return;

@@ -35,7 +35,7 @@ struct ClientSessionOptions {
   // otherwise wait for what network queues hold of the old ones. Pings once a second.
   bool adaptive_window = false;
   std::uint64_t max_head_bytes = 256ULL << 20;  // head and index, each: larger ones are refused before they arrive
-  TimeMs stall_timeout_ms = 30'000;             // something is awaited and nothing of it comes
+  TimeMs stall_timeout_ms = 30'000;             // something is awaited and no frame or KiB of one comes
   TimeMs ping_interval_ms = 10'000;             // silence after which the server is asked for a sign of life
 };
 
@@ -60,6 +60,8 @@ struct SegmentArrived {
   std::uint32_t segment = 0;
   Bytes bytes;  // valid until the next non-const call
 };
+// All that the list names is held, but for what was released after it. A server that says so without having sent it
+// has broken the protocol.
 struct WantsServed {
   std::uint32_t epoch = 0;
 };
@@ -100,7 +102,8 @@ class ClientSession {
   // Segments 0 .. prefix-1 of each cell, in list order; those already sent are left out. Replaces the list before it,
   // also one that has not left this machine yet. Returns its epoch. Precondition: open() succeeded.
   Result<std::uint32_t> set_wants(std::vector<CellRun> runs);
-  // The segments from `prefix` on of these cells were dropped and may be wanted again. Set wants after it, not before.
+  // The segments from `prefix` on of these cells were dropped and may be wanted again. Set wants after it, not before:
+  // of a list before it they need not come. Any number of runs: what does not fit into one frame goes in several.
   Result<void> release(const std::vector<CellRun>& runs);
 
   std::span<std::byte> prepare(std::size_t size_bytes) { return reader_.prepare(size_bytes); }
@@ -152,6 +155,7 @@ class ClientSession {
   Result<void> resolve_arrived();
   std::optional<ClientEvent> give_arrived();
   void note_wanted(const std::vector<CellRun>& runs);
+  std::optional<CellPrefix> first_missing() const;
   std::optional<ClientEvent> handle_wants_done(Bytes payload);
   std::optional<ClientEvent> handle_error(Bytes payload);
   std::optional<ClientEvent> completed_blob();
@@ -186,6 +190,8 @@ class ClientSession {
   std::vector<std::uint32_t>
       sent_;  // what the server has sent as far as it has arrived: more than held after a release
   std::vector<std::uint32_t> wanted_;          // the largest prefix that any list has named
+  std::vector<CellRun> list_;                  // the newest
+  std::vector<CellRun> released_since_list_;   // so that the server may not have sent it again
   std::vector<CellRun> early_wants_;           // of lists set before the model was opened
   bool early_wants_many_ = false;              // too many to keep: anything may come
   std::deque<std::vector<CellRun>> releases_;  // that the server may not have read yet, oldest first
@@ -215,6 +221,7 @@ class ClientSession {
   TimeMs last_received_ms_;
   TimeMs last_ping_ms_ = 0;
   bool progressed_ = false;
+  std::size_t partial_bytes_ = 0;  // of the frame under way, as far as they have counted as progress
 };
 
 }  // namespace fanstream

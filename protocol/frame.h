@@ -95,6 +95,8 @@ class FrameReader {
 
   // A frame has begun to arrive and is not complete.
   bool mid_frame() const { return end_ > begin_; }
+  // Received and not yet given out.
+  std::size_t buffered_bytes() const { return end_ - begin_; }
   // Until lifted with nothing, only this type (and error) is taken: the handshake's frame, so that a stranger cannot
   // make us buffer.
   void restrict_to(std::optional<FrameType> type) { only_ = type; }

@@ -13,6 +13,20 @@ bool valid_run(const CellRun& run) {
          (run.prefix <= kMaxSegmentsPerCell || run.prefix == kAllSegments);
 }
 
+constexpr std::size_t kMostListBytes = kMaxRunsBytes - 512;  // the rest is for what stands beside it in its frame
+constexpr std::size_t kMostRunBytes = 4 + 3 + 4;
+constexpr std::size_t kMostCountBytes = 3;
+
+// Zigzag distance from the end of the last run, then (prefix code * 2 + more than one cell), then cells - 2.
+// Prefix code: 0 all segments, else prefix + 1.
+void write_run(const CellRun& run, std::int64_t& expected, WireWriter& out) {
+  const std::uint64_t prefix_code = run.prefix == kAllSegments ? 0 : std::uint64_t{run.prefix} + 1;
+  out.varint(zigzag(std::int64_t{run.first_cell} - expected));
+  out.varint(prefix_code * 2 + (run.cell_count > 1 ? 1 : 0));
+  if (run.cell_count > 1) out.varint(run.cell_count - 2);
+  expected = static_cast<std::int64_t>(run_end(run));
+}
+
 }  // namespace
 
 std::vector<CellRun> to_runs(std::span<const CellPrefix> list) {
@@ -27,42 +41,59 @@ std::vector<CellRun> to_runs(std::span<const CellPrefix> list) {
   return runs;
 }
 
+Result<void> check_each_run(std::span<const CellRun> runs) {
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (valid_run(runs[i])) continue;
+    return fail(ErrorKind::usage, "run " + std::to_string(i) + " (first cell " + std::to_string(runs[i].first_cell) +
+                                      ", " + std::to_string(runs[i].cell_count) + " cells, prefix " +
+                                      std::to_string(runs[i].prefix) + ") is outside what the protocol can name");
+  }
+  return {};
+}
+
 Result<void> check_runs(std::span<const CellRun> runs) {
   if (runs.size() > kMaxRuns) {
     return fail(ErrorKind::limit, "a list of " + std::to_string(runs.size()) + " runs of cells; the limit is " +
                                       std::to_string(kMaxRuns) + ", send the most important ones first");
   }
+  if (Result<void> valid = check_each_run(runs); !valid) return valid;
   std::uint64_t entries = 0;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    entries += runs[i].cell_count;
-    if (!valid_run(runs[i])) {
-      return fail(ErrorKind::usage, "run " + std::to_string(i) + " (first cell " + std::to_string(runs[i].first_cell) +
-                                        ", " + std::to_string(runs[i].cell_count) + " cells, prefix " +
-                                        std::to_string(runs[i].prefix) + ") is outside what the protocol can name");
-    }
-  }
+  for (const CellRun& run : runs) entries += run.cell_count;
   if (entries > kMaxRunEntries) return fail(ErrorKind::limit, "a list of " + std::to_string(entries) + " cells");
   std::vector<std::byte> packed;
   WireWriter writer(packed);
   write_runs(runs, writer);
-  if (packed.size() > kMaxRunsBytes - 512) {
+  if (packed.size() > kMostListBytes) {
     return fail(ErrorKind::limit, "a list of " + std::to_string(packed.size()) + " bytes; send fewer runs of cells");
   }
   return {};
 }
 
-// Per run: zigzag distance from the end of the last run, then (prefix code * 2 + more than one cell), then cells - 2.
-// Prefix code: 0 all segments, else prefix + 1.
+std::vector<std::vector<CellRun>> split_runs(std::span<const CellRun> runs) {
+  std::vector<std::vector<CellRun>> lists;
+  std::vector<std::byte> packed;
+  WireWriter writer(packed);
+  std::uint64_t entries = 0;
+  std::int64_t expected = 0;
+  for (const CellRun& run : runs) {
+    if (lists.empty() || lists.back().size() == kMaxRuns || entries + run.cell_count > kMaxRunEntries ||
+        kMostCountBytes + packed.size() + kMostRunBytes > kMostListBytes) {
+      lists.emplace_back();
+      packed.clear();
+      entries = 0;
+      expected = 0;
+    }
+    lists.back().push_back(run);
+    entries += run.cell_count;
+    write_run(run, expected, writer);
+  }
+  return lists;
+}
+
 void write_runs(std::span<const CellRun> runs, WireWriter& out) {
   out.varint(runs.size());
   std::int64_t expected = 0;
-  for (const CellRun& run : runs) {
-    const std::uint64_t prefix_code = run.prefix == kAllSegments ? 0 : std::uint64_t{run.prefix} + 1;
-    out.varint(zigzag(std::int64_t{run.first_cell} - expected));
-    out.varint(prefix_code * 2 + (run.cell_count > 1 ? 1 : 0));
-    if (run.cell_count > 1) out.varint(run.cell_count - 2);
-    expected = static_cast<std::int64_t>(run_end(run));
-  }
+  for (const CellRun& run : runs) write_run(run, expected, out);
 }
 
 std::vector<CellRun> read_runs(WireReader& in) {

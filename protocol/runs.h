@@ -38,6 +38,10 @@ std::vector<CellRun> to_runs(std::span<const CellPrefix> list);
 // Why the list cannot be sent, if it cannot: too many runs or entries, cells or prefixes beyond the limits, too many
 // bytes.
 Result<void> check_runs(std::span<const CellRun> runs);
+// Whether the protocol can name each of them (usage), however many there are.
+Result<void> check_each_run(std::span<const CellRun> runs);
+// The list cut into lists that check_runs lets pass, in order. Precondition: check_each_run lets it pass.
+std::vector<std::vector<CellRun>> split_runs(std::span<const CellRun> runs);
 
 void write_runs(std::span<const CellRun> runs, WireWriter& out);
 // Leaves `in` not ok() on anything malformed or beyond a limit. Cells are below kMaxCells, prefixes at most

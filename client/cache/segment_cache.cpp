@@ -129,6 +129,23 @@ bool remove_if_unused(const fs::path& path) {
   return removed;
 }
 
+// Among the processes that use the folder; as well as can be, where the file system has no locks.
+class FolderLock {
+ public:
+  explicit FolderLock(const fs::path& folder) : file_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    while (file_ >= 0 && ::flock(file_, LOCK_EX) != 0 && errno == EINTR) {
+    }
+  }
+  ~FolderLock() {
+    if (file_ >= 0) ::close(file_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int file_;
+};
+
 fs::path name_path(const fs::path& folder, const std::string& source) {
   return folder / fmt::format("{:016x}.source", XXH3_64bits(source.data(), source.size()));
 }
@@ -201,9 +218,7 @@ Result<void> SegmentCache::begin(const Digest& digest) {
     return done;
   }
   ::futimens(file_, nullptr);  // used now
-  others_bytes_ = 0;
-  for (const OtherFile& other : other_files(folder_, path_)) others_bytes_ += other.size_bytes;
-  make_room(0);
+  make_room_now(0);
   return {};
 }
 
@@ -358,30 +373,44 @@ Result<bool> SegmentCache::put(Kind kind, std::uint32_t cell, std::uint32_t segm
   if (pending_.size() >= kPendingBytes) {
     if (const Result<void> flushed = flush(); !flushed) return tl::unexpected<Error>(flushed.error());
   }
-  return true;
+  return !full_;  // which a flush may find
 }
 
 // What could not be written is forgotten, and the file is as it was.
 Result<void> SegmentCache::flush() {
   if (pending_.empty()) return {};
+  const FolderLock lock(folder_);
+  if (!make_room_now(0)) {  // others have written since it was said that there is room
+    full_ = true;
+    forget_pending();
+    return {};
+  }
   if (write_exactly(file_, pending_, end_)) {
     end_ += pending_.size();
     pending_.clear();
     return {};
   }
   Error error = io_error("write the file");
-  pending_.clear();
   if (::ftruncate(file_, static_cast<off_t>(end_)) != 0) error.message += "; its end will be cut when it is opened";
+  forget_pending();
+  return tl::unexpected<Error>(std::move(error));
+}
+
+void SegmentCache::forget_pending() {
+  pending_.clear();
   const auto lost = [&](const Place& place) { return place.offset >= end_; };
   for (std::optional<Place>* section : {&head_, &index_}) {
     if (*section && lost(**section)) section->reset();
   }
   for (auto& [cell, places] : cells_) std::erase_if(places, lost);
-  return tl::unexpected<Error>(std::move(error));
 }
 
+// By what the others took when it was looked last.
 bool SegmentCache::make_room(std::uint64_t bytes) {
-  if (size_bytes() + bytes + others_bytes_ <= limit_bytes_) return true;
+  return size_bytes() + bytes + others_bytes_ <= limit_bytes_ || make_room_now(bytes);
+}
+
+bool SegmentCache::make_room_now(std::uint64_t bytes) {
   others_bytes_ = 0;
   const std::vector<OtherFile> others = other_files(folder_, path_);
   for (const OtherFile& other : others) others_bytes_ += other.size_bytes;

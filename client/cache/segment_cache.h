@@ -24,8 +24,8 @@ namespace fanstream {
 // A process whose file sizes are limited (RLIMIT_FSIZE) has to ignore SIGXFSZ.
 class SegmentCache {
  public:
-  // Makes the folder if it is not there. limit_bytes: of all assets' files together; those used longest ago are
-  // removed first. Errors (io) name the folder.
+  // Makes the folder if it is not there. limit_bytes: of all assets' files together, whichever processes write them;
+  // those used longest ago are removed first. Errors (io) name the folder.
   static Result<std::unique_ptr<SegmentCache>> open(const std::filesystem::path& folder, std::uint64_t limit_bytes);
   ~SegmentCache();  // writes what is still to be written
   SegmentCache(const SegmentCache&) = delete;
@@ -54,7 +54,9 @@ class SegmentCache {
   Result<bool> put_index(std::span<const std::byte> bytes);
   // What is held already is appended again and takes the place of the former.
   Result<bool> append(std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
-  Result<void> flush();  // to the file, not to the disk
+  // To the file, not to the disk. What was kept since the last time is forgotten if other processes have taken its room
+  // meanwhile, and by an error (io). Called by put and append from time to time.
+  Result<void> flush();
 
   std::uint64_t size_bytes() const { return end_ + pending_.size(); }  // of the asset's file
   std::uint64_t dropped_records() const { return dropped_records_; }   // damaged, since begin()
@@ -77,7 +79,9 @@ class SegmentCache {
   bool read_record(Kind kind, std::uint32_t cell, const Place& place);
   std::optional<std::vector<std::byte>> section(Kind kind);
   Result<bool> put(Kind kind, std::uint32_t cell, std::uint32_t segment, std::span<const std::byte> bytes);
+  void forget_pending();
   bool make_room(std::uint64_t bytes);
+  bool make_room_now(std::uint64_t bytes);
   std::optional<Place> find(std::uint32_t cell, std::uint32_t segment) const;
   Error io_error(const char* what) const;
 

@@ -41,13 +41,20 @@ class WantWalk {
 
 Result<void> check_cells(const std::vector<CellRun>& runs, const SegmentTable* table, const std::string& name) {
   if (table == nullptr) return fail(ErrorKind::usage, name + ": cells are named before the index was read");
-  if (Result<void> valid = check_runs(runs); !valid) return tl::unexpected<Error>(with_context(valid.error(), name));
+  if (Result<void> valid = check_each_run(runs); !valid)
+    return tl::unexpected<Error>(with_context(valid.error(), name));
   for (const CellRun& run : runs) {
     if (std::uint64_t{run.first_cell} + run.cell_count <= table->cell_count()) continue;
     return fail(ErrorKind::usage, name + ": cell " + std::to_string(run.first_cell + run.cell_count - 1) +
                                       " is named, the model has " + std::to_string(table->cell_count()));
   }
   return {};
+}
+
+// Of wants, which are one list.
+Result<void> check_list(const std::vector<CellRun>& runs, const SegmentTable* table, const std::string& name) {
+  if (Result<void> valid = check_runs(runs); !valid) return tl::unexpected<Error>(with_context(valid.error(), name));
+  return check_cells(runs, table, name);
 }
 
 void lower(const std::vector<CellRun>& runs, std::vector<std::uint32_t>& prefixes) {
@@ -82,7 +89,7 @@ class FileStream final : public SegmentStream {
     fanstream::learn_children(index, parent, *table_);
   }
   Result<std::uint32_t> want(std::vector<CellRun> runs) override {
-    if (Result<void> valid = check_cells(runs, table_.get(), name_); !valid) return tl::unexpected(valid.error());
+    if (Result<void> valid = check_list(runs, table_.get(), name_); !valid) return tl::unexpected(valid.error());
     walk_.set(std::move(runs));
     outstanding_ = true;
     return ++epoch_;
@@ -276,7 +283,7 @@ Result<void> ServerStream::use_index(const AssetIndex& index) {
 }
 
 Result<std::uint32_t> ServerStream::want(std::vector<CellRun> runs) {
-  if (Result<void> valid = check_cells(runs, table_.get(), name_); !valid) return tl::unexpected(valid.error());
+  if (Result<void> valid = check_list(runs, table_.get(), name_); !valid) return tl::unexpected(valid.error());
   wants_ = runs;
   walk_.set(runs);
   cache_is_behind_ = cache_ != nullptr;

@@ -69,8 +69,9 @@ void ReconnectingClient::attempt() {
   attempt_until_ms_ = steady_now_ms() + options_.client.connect_timeout_ms;
   ++connections_;
   state_ = State::connecting;
-  if (const Result<void> sent = link_->session().open(address_.model, have()); !sent) return fail_for_good(sent.error());
-  if (const Result<void> begun = link_->begin_connect(); !begun) lost(begun.error());
+  if (const Result<void> sent = link_->session().open(address_.model, have()); !sent)
+    return fail_for_good(sent.error());
+  if (const Result<void> begun = link_->begin_connect(attempt_until_ms_); !begun) lost(begun.error());
 }
 
 std::optional<Have> ReconnectingClient::have() const {
@@ -235,7 +236,20 @@ void ReconnectingClient::take_opened(const Opened& opened) {
     progressed();
   }
   state_ = State::streaming;
+  if (opened.resumed && !release_what_was_dropped()) return;
   tell_wants();
+}
+
+// What was stated as held when this connection began, and has been dropped before it was opened. False: it is over.
+bool ReconnectingClient::release_what_was_dropped() {
+  ClientSession& session = link_->session();
+  std::vector<CellPrefix> dropped;
+  for (std::uint32_t cell = 0; cell < held_.size(); ++cell) {
+    if (session.held_prefix(cell) > held_[cell]) dropped.push_back({cell, held_[cell]});
+  }
+  const Result<void> told = session.release(to_runs(dropped));
+  if (!told) fail_for_good(link_->located(told.error()));
+  return told.has_value();
 }
 
 // The list as it is, to a connection that knows the segments. Until then nothing of it could be taken.
@@ -348,7 +362,8 @@ Result<std::uint32_t> ReconnectingClient::set_wants(std::vector<CellRun> runs) {
 
 Result<void> ReconnectingClient::release(const std::vector<CellRun>& runs) {
   if (!model_) return fail(ErrorKind::usage, name() + ": release needs an open model");
-  if (Result<void> valid = check_runs(runs); !valid) return tl::unexpected<Error>(with_context(valid.error(), name()));
+  if (Result<void> valid = check_each_run(runs); !valid)
+    return tl::unexpected<Error>(with_context(valid.error(), name()));
   for (const CellRun& run : runs) {
     if (std::uint64_t{run.first_cell} + run.cell_count > held_.size()) {
       return fail(ErrorKind::usage,

@@ -107,6 +107,7 @@ class ReconnectingClient {
   bool step();
   void take(ClientEvent& event);
   void take_opened(const Opened& opened);
+  bool release_what_was_dropped();
   bool take_segment(const event::SegmentArrived& segment);
   void lost(Error error);
   void fail_for_good(Error error);

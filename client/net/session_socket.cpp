@@ -1,6 +1,8 @@
 #include "client/net/session_socket.h"
 
+#include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace fanstream {
 
@@ -24,7 +26,7 @@ TimeMs steady_now_ms() {
 SessionSocket::SessionSocket(const ServerAddress& address, const ClientSessionOptions& options)
     : address_(address), socket_(io_), session_(options, steady_now_ms()) {}
 
-Result<void> SessionSocket::begin_connect() {
+Result<void> SessionSocket::begin_connect(TimeMs until_ms) {
   asio::error_code error;
   tcp::resolver resolver(io_);
   const auto found =
@@ -33,24 +35,38 @@ Result<void> SessionSocket::begin_connect() {
     return tl::unexpected<Error>(located(
         {ErrorKind::network, "unknown host '" + address_.host + "': " + error.message() + "; check its spelling"}));
   }
-  for (const auto& entry : found) endpoints_.push_back(entry.endpoint());
-  try_endpoint();
+  std::vector<tcp::endpoint> endpoints;
+  for (const auto& entry : found) endpoints.push_back(entry.endpoint());
+  begin_connect(std::move(endpoints), until_ms);
   return {};
 }
 
+void SessionSocket::begin_connect(std::vector<tcp::endpoint> endpoints, TimeMs until_ms) {
+  endpoints_ = std::move(endpoints);
+  endpoint_ = 0;
+  until_ms_ = until_ms;
+  try_endpoint();
+}
+
+// Each gets a share of the time that is left; the greeting after it counts for one more.
 void SessionSocket::try_endpoint() {
   asio::error_code ignored;
   socket_.close(ignored);
   outcome_.reset();
-  socket_.async_connect(endpoints_[endpoint_], [this](const asio::error_code& error) {
-    if (error != asio::error::operation_aborted) outcome_ = error;
+  const TimeMs now_ms = steady_now_ms();
+  const auto shares = static_cast<TimeMs>(endpoints_.size() - endpoint_ + 1);
+  endpoint_until_ms_ = now_ms + std::max<TimeMs>(0, until_ms_ - now_ms) / shares;
+  socket_.async_connect(endpoints_[endpoint_], [this, endpoint = endpoint_](const asio::error_code& error) {
+    if (error != asio::error::operation_aborted && endpoint == endpoint_) outcome_ = error;
   });
 }
 
 Result<bool> SessionSocket::connected() {
   if (is_connected_) return true;
-  if (!outcome_) return false;
-  if (*outcome_ && ++endpoint_ < endpoints_.size()) {
+  const bool is_last = endpoint_ + 1 == endpoints_.size();
+  if (!outcome_ && (is_last || steady_now_ms() < endpoint_until_ms_)) return false;
+  if ((!outcome_ || *outcome_) && !is_last) {
+    ++endpoint_;
     try_endpoint();
     return false;
   }

@@ -17,9 +17,13 @@ class SessionSocket {
   SessionSocket(const SessionSocket&) = delete;
   SessionSocket& operator=(const SessionSocket&) = delete;
 
-  // Looks the host up, which takes as long as the system lets it, and begins to connect to its first address.
-  Result<void> begin_connect();
-  // False while it is under way. Tries the host's addresses one after another; the last one's failure is the error.
+  // Looks the host up, which takes as long as the system lets it, and begins to connect to its first address. With
+  // until_ms (of steady_now_ms), when whoever calls wants the server's greeting, no address but the last is waited for
+  // so long that none is left for those behind it: some firewalls answer nothing at all.
+  Result<void> begin_connect(TimeMs until_ms);
+  // The same for addresses at hand. Precondition: at least one.
+  void begin_connect(std::vector<asio::ip::tcp::endpoint> endpoints, TimeMs until_ms);
+  // False while it is under way. Tries the addresses one after another; the last one's failure is the error.
   Result<bool> connected();
   // Writes and reads without waiting. True if there may be events. Precondition: connected.
   bool move_bytes();
@@ -42,7 +46,8 @@ class SessionSocket {
   ClientSession session_;
   std::vector<asio::ip::tcp::endpoint> endpoints_;
   std::size_t endpoint_ = 0;
-  std::optional<asio::error_code> outcome_;  // of connecting
+  TimeMs until_ms_ = 0, endpoint_until_ms_ = 0;
+  std::optional<asio::error_code> outcome_;  // of connecting to endpoint_
   bool is_connected_ = false;
   bool waiting_readable_ = false;
   bool waiting_writable_ = false;

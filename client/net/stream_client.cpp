@@ -49,7 +49,7 @@ struct StreamClient::Impl {
 
 Result<void> StreamClient::Impl::connect() {
   const TimeMs deadline_ms = steady_now_ms() + options.connect_timeout_ms;
-  if (Result<void> begun = link.begin_connect(); !begun) return begun;
+  if (Result<void> begun = link.begin_connect(deadline_ms); !begun) return begun;
   for (;;) {
     const Result<bool> connected = link.connected();
     if (!connected) return tl::unexpected<Error>(connected.error());

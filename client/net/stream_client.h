@@ -20,8 +20,9 @@ namespace fanstream {
 TimeMs steady_now_ms();
 
 struct StreamClientOptions {
-  TimeMs connect_timeout_ms =
-      10'000;  // until the server's welcome; looking up a host name takes as long as the system lets it
+  // Until the server's welcome, whichever of the host's addresses it comes from; looking up a host name takes as long
+  // as the system lets it.
+  TimeMs connect_timeout_ms = 10'000;
   // Set to true (by a signal handler, say) to make every call return `interrupted` within 0.1 s. May be null; must
   // outlive the client.
   const std::atomic<bool>* stop = nullptr;

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "client/session/damaged_segments.h"
 #include "client/session/view_model.h"
 #include "client/smooth/finest_need.h"
 #include "common/fans/fan_shape.h"
@@ -133,11 +134,12 @@ class LiveSession final : public ViewSession {
       const MeshMove move = timed(step_.apply_ms, [&] { return model_->apply(); });
       step_.splits_applied += move.applied;
       step_.splits_undone += move.undone;
-      for (const MeshMove::Damage& damage : move.damage) damage_ = damage.error.message;
+      for (const MeshMove::Damage& damage : move.damage) damage_.add(damage);
       if (round > 0 && move.applied + move.undone == 0) break;
       timed(step_.plan_ms, [&] { model_->plan(view_, options_); });
     }
     if (const std::vector<CellRun> released = model_->evict(); !released.empty()) {
+      damage_.forget(released);
       if (Result<void> told = transport_->release(released); !told) return told;
     }
     std::vector<CellRun> wants = model_->wants();
@@ -166,7 +168,7 @@ class LiveSession final : public ViewSession {
     step_.tolerance_px = plan.effective_tolerance_px;
     if (!damage_.empty() || plan.limitation != Limitation::none) {
       step_.state = ViewState::degraded;
-      step_.reason = damage_.empty() ? plan.reason : damage_;
+      step_.reason = damage_.empty() ? plan.reason : damage_.reason();
     } else if (plan.settled) {
       step_.state = ViewState::complete;
     } else if (!hindrance_.empty()) {
@@ -194,7 +196,7 @@ class LiveSession final : public ViewSession {
   std::vector<std::uint32_t> wanted_;  // by cell: the prefix of the newest list
   std::uint64_t segment_bytes_ = 0, segments_ = 0, stale_bytes_ = 0;
   std::string hindrance_;
-  std::string damage_;
+  DamagedSegments damage_;
 };
 
 }  // namespace

@@ -35,6 +35,11 @@ struct Hindered {
 };
 }  // namespace event
 
+// What a server's notice means for the session: one that all is well again (DegradedReason::none) hinders nothing.
+inline event::Hindered hindrance_of(const event::ServerDegraded& notice) {
+  return {notice.reason == DegradedReason::none ? std::string() : notice.text};
+}
+
 using TransportEvent =
     std::variant<event::HeadArrived, event::IndexArrived, event::PieceArrived, event::ListServed, event::Hindered>;
 

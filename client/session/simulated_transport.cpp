@@ -62,7 +62,7 @@ class SimulatedTransport final : public SessionTransport {
       return served->epoch == connection_.client().set_epoch() ? on_event(event::ListServed{}, now_s) : Result<void>{};
     }
     if (const auto* degraded = std::get_if<event::ServerDegraded>(&event)) {
-      return on_event(event::Hindered{degraded->text}, now_s);
+      return on_event(hindrance_of(*degraded), now_s);
     }
     return {};
   }

@@ -67,7 +67,7 @@ class StreamedTransport final : public SessionTransport {
       return served->epoch == newest_ ? on_event(event::ListServed{}, now_s()) : Result<void>{};
     }
     if (const auto* degraded = std::get_if<event::ServerDegraded>(&event)) {
-      return on_event(event::Hindered{degraded->text}, now_s());
+      return on_event(hindrance_of(*degraded), now_s());
     }
     if (const auto* lost = std::get_if<event::ConnectionLost>(&event)) {
       return on_event(event::Hindered{"the connection was lost: " + lost->reason.message}, now_s());

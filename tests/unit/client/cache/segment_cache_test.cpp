@@ -258,6 +258,41 @@ TEST(SegmentCache, TheAssetsUsedLongestAgoMakeRoomForNewOnes) {
   EXPECT_TRUE(holds(2) && holds(3) && holds(4));
 }
 
+std::uint64_t bytes_in(const fs::path& folder) {
+  std::uint64_t sum = 0;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".fancache") sum += entry.file_size();
+  }
+  return sum;
+}
+
+TEST(SegmentCache, SeveralThatAreWrittenAtOnceKeepTheLimitTogether) {
+  const TemporaryFolder folder;
+  constexpr std::uint64_t kLimitBytes = 600'000;
+  std::vector<std::unique_ptr<SegmentCache>> caches;
+  for (std::uint8_t i = 0; i < 4; ++i) {
+    Digest digest = kDigest;
+    digest[0] = i;
+    caches.push_back(open_cache(folder.path(), kLimitBytes, digest));
+    ASSERT_TRUE(caches.back());
+  }
+  std::vector<Content> kept(caches.size());
+  for (std::uint32_t round = 0; round < 40; ++round) {
+    for (std::size_t i = 0; i < caches.size(); ++i) {
+      const std::vector<std::byte> bytes = bytes_of(9'000, round);
+      if (caches[i]->append(1, round, bytes).value_or(false)) kept[i][{1, round}] = bytes;
+    }
+    ASSERT_LE(bytes_in(folder.path()), kLimitBytes) << "round " << round;
+  }
+  for (std::size_t i = 0; i < caches.size(); ++i) {
+    EXPECT_TRUE(caches[i]->flush());
+    EXPECT_GE(held_exactly(*caches[i], kept[i]), 7U) << "what was written before is still held";
+  }
+  caches.clear();
+  EXPECT_LE(bytes_in(folder.path()), kLimitBytes);
+  EXPECT_GE(bytes_in(folder.path()), kLimitBytes * 3 / 4) << "and it is used";
+}
+
 TEST(SegmentCache, AnAssetAloneLargerThanTheLimitIsKeptAsFarAsItFits) {
   const TemporaryFolder folder;
   const auto cache = open_cache(folder.path(), 1'000);

@@ -44,6 +44,42 @@ void expect_text(const Error& error, const std::string& text) {
   EXPECT_NE(error.message.find(text), std::string::npos) << error.message;
 }
 
+// Its server leaves the last segment out and says that it is done.
+TEST(ModelFetch, AServerThatLacksASegmentIsAnErrorAndNoWaitWithoutEnd) {
+  class Lacking final : public SegmentSource {
+   public:
+    Digest digest() const override { return whole().digest(); }
+    std::span<const std::byte> head() const override { return whole().head(); }
+    std::span<const std::byte> index() const override { return whole().index(); }
+    std::uint32_t cell_count() const override { return whole().cell_count(); }
+    std::uint32_t segment_count(std::uint32_t cell) const override { return whole().segment_count(cell); }
+    std::span<const std::byte> segment(std::uint32_t cell, std::uint32_t segment) const override {
+      if (cell == last_.cell && segment == last_.segment) return {};
+      return whole().segment(cell, segment);
+    }
+    std::uint64_t vertex_count() const override { return whole().vertex_count(); }
+    std::uint64_t triangle_count() const override { return whole().triangle_count(); }
+    std::uint64_t size_bytes() const override { return whole().size_bytes(); }
+
+   private:
+    static const AssetFile& whole() { return *terrain().asset; }
+    static OrderedSegment last_of_order() {
+      const std::vector<OrderedSegment> order = order_segments(*whole().asset_head(), *whole().asset_index());
+      const auto last = std::find_if(order.rbegin(), order.rend(), [](const auto& s) { return s.size_bytes > 0; });
+      return *last;
+    }
+    OrderedSegment last_ = last_of_order();
+  };
+  ModelServer server;
+  server.add("lacking", std::make_shared<Lacking>());
+  const auto fetch = open(server.address() + "/lacking");
+  ASSERT_TRUE(fetch);
+  const auto advanced = fetch->advance({});
+  ASSERT_FALSE(advanced);
+  EXPECT_EQ(advanced.error().kind, ErrorKind::bad_input);
+  expect_text(advanced.error(), "without having sent segment");
+}
+
 TEST(ModelFetch, OverANetworkGivesTheQuantisedInputFaceForFace) {
   TriangleMesh parts = testing::make_torus(40, 30);
   testing::append(parts, testing::make_open_cylinder(20, 12), {3, 0, 0});

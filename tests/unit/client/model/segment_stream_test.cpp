@@ -281,6 +281,21 @@ TEST_F(SegmentStreamTest, CellsThatTheModelHasNotAreNamed) {
   }
 }
 
+// What a view drops when the camera jumps may be more than one frame can tell.
+TEST_F(SegmentStreamTest, AReleaseMayHaveAnyNumberOfRuns) {
+  const std::vector<CellRun> runs(kMaxRuns + 1, CellRun{1, 2, 0});
+  for (const auto& [from, with] :
+       {std::pair<std::string, std::filesystem::path>(write_asset(folder), {}), {source(), {}}, {source(), cache}}) {
+    Viewer viewer(from, with);
+    ASSERT_TRUE(viewer.stream);
+    viewer.take_everything();
+    const Result<void> released = viewer.stream->release(runs);
+    ASSERT_TRUE(released) << released.error().message;
+    viewer.held[1] = viewer.held[2] = 0;
+    viewer.take_everything();
+  }
+}
+
 TEST_F(SegmentStreamTest, PollingWithoutTimeNeverWaits) {
   for (const std::string& from : {write_asset(folder), source()}) {
     Viewer viewer(from);

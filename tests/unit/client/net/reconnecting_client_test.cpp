@@ -140,6 +140,53 @@ TEST_F(ReconnectingClientTest, ReleasesAndNewListsSurviveTheLossOfTheConnection)
   EXPECT_GT(relay.connections(), 5U);
 }
 
+// What is held is stated when a connection begins, and may be dropped before the server has read it.
+TEST_F(ReconnectingClientTest, WhatIsReleasedWhileConnectingComesAgainWhenItIsWanted) {
+  for (const std::uint32_t prefix : {0U, 2U}) {
+    SCOPED_TRACE(prefix);
+    RepeatedlyCuttingRelay relay(models.port(), [](unsigned n) { return n == 0 ? 30'000U : 1U << 30; });
+    const auto client = open(relay.port(), hasty());
+    ASSERT_TRUE(client);
+    ASSERT_TRUE(client->set_wants(everything()));
+    std::vector<std::uint32_t> held(source->cell_count(), 0);
+    const auto receive_until = [&](TimeMs timeout_ms, const auto& done) {
+      while (!done()) {
+        const auto event = client->next_event(timeout_ms);
+        ASSERT_TRUE(event) << event.error().message;
+        if (!*event) continue;
+        if (const auto* segment = std::get_if<event::SegmentArrived>(&**event)) {
+          ASSERT_EQ(segment->segment, source->table()->next_to_send(segment->cell, held[segment->cell]));
+          held[segment->cell] = segment->segment + 1;
+        }
+      }
+    };
+    // Polled without waiting, the second connection does not come to be before the release.
+    receive_until(0, [&] { return client->connections() == 2; });
+    ASSERT_TRUE(client->release({{0, source->cell_count(), prefix}}));
+    std::uint32_t dropped = 0;
+    for (std::uint32_t& h : held) {
+      dropped += h > prefix ? 1 : 0;
+      h = std::min(h, prefix);
+    }
+    ASSERT_GT(dropped, 0U);
+    ASSERT_TRUE(client->set_wants(everything()));
+    receive_until(10'000, [&] { return !client->wants_outstanding(); });
+    for (std::uint32_t cell = 0; cell < held.size(); ++cell) {
+      ASSERT_EQ(source->table()->next_to_send(cell, held[cell]), source->segment_count(cell)) << cell;
+      ASSERT_EQ(client->held_prefix(cell), source->segment_count(cell)) << cell;
+    }
+  }
+}
+
+TEST_F(ReconnectingClientTest, AReleaseMayHaveAnyNumberOfRuns) {
+  const auto client = open(models.port(), hasty());
+  ASSERT_TRUE(client);
+  const std::vector<CellRun> runs(kMaxRuns + 1, CellRun{0, 1, 0});
+  const auto released = client->release(runs);
+  EXPECT_TRUE(released) << released.error().message;
+  EXPECT_FALSE(client->release({{source->cell_count(), 1, 0}}));
+}
+
 TEST_F(ReconnectingClientTest, WhatWasHeldBeforeIsNotAskedForAgain) {
   HeldAsset held{source->digest(),
                  {source->head().begin(), source->head().end()},
@@ -440,11 +487,21 @@ TEST_F(LyingServerTest, AFloodIsRefusedOrStated) {
     encode(Degraded{DegradedReason::no_credit, "wait"}, notices.rest);
   }
   for (int i = 0; i < 100'000; ++i) encode(FrameType::ping, Ping{}, pings.rest);
+  add_batch({{0, 1, 1}, {1, 1, 2}}, 30, pings.rest);
   encode(WantsDone{1, 0}, pings.rest);
   has(outcome({unasked}, all), "catalogue without being asked");
   has(outcome({notices}, all), "degraded: wait degraded: wait");
   const std::string text = outcome({pings}, all);
-  EXPECT_TRUE(text.find("without reading our answers") != std::string::npos || text == "done") << text;
+  EXPECT_TRUE(text.find("without reading our answers") != std::string::npos || text == "0.0 1.0 1.1 done") << text;
+}
+
+TEST_F(LyingServerTest, AListSaidToBeServedThatIsNotEndsTheSessionByName) {
+  Script lie = script(opened);
+  add_batch({{0, 1, 1}, {1, 1, 1}}, 20, lie.rest);
+  encode(WantsDone{1, 0}, lie.rest);
+  const std::string text = outcome({lie}, all);
+  has(text, "0.0 1.0 ");
+  has(text, "without having sent segment 1 of cell 1");
 }
 
 TEST(StatePrefixes, TooManyDifferentOnesAreRoundedDown) {

@@ -222,6 +222,30 @@ TEST(LiveSession, ATriangleBudgetIsKeptAndSaid) {
   EXPECT_TRUE(degraded);
 }
 
+// A server that says it has sent what it has not ends the session; it would be waited for without end.
+TEST(LiveSession, AServerThatLacksASegmentIsAnError) {
+  class Lacking final : public SegmentSource {
+   public:
+    Digest digest() const override { return ball()->digest(); }
+    std::span<const std::byte> head() const override { return ball()->head(); }
+    std::span<const std::byte> index() const override { return ball()->index(); }
+    std::uint32_t cell_count() const override { return ball()->cell_count(); }
+    std::uint32_t segment_count(std::uint32_t cell) const override { return ball()->segment_count(cell); }
+    std::span<const std::byte> segment(std::uint32_t cell, std::uint32_t segment) const override {
+      return cell == 0 && segment == 0 ? std::span<const std::byte>() : ball()->segment(cell, segment);
+    }
+    std::uint64_t vertex_count() const override { return ball()->vertex_count(); }
+    std::uint64_t triangle_count() const override { return ball()->triangle_count(); }
+    std::uint64_t size_bytes() const override { return ball()->size_bytes(); }
+  };
+  const CameraPath path = path_of("orbit", 2.0);
+  const auto live =
+      live_session(simulated_transport(std::make_shared<Lacking>(), symmetric_link(5.0, 50.0), "lacking"), {});
+  const Result<SessionStep> step = live->step(view_at(path, 0.0), 20.0);
+  ASSERT_FALSE(step);
+  EXPECT_EQ(step.error().kind, ErrorKind::bad_input);
+}
+
 // A server whose bytes are not an asset ends the session with its name.
 TEST(LiveSession, AHeadThatCannotBeReadIsAnError) {
   class Nonsense final : public SegmentSource {
