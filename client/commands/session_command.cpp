@@ -123,6 +123,10 @@ SessionSettings settings_of(const Arguments& arguments, const CameraPath& path, 
   settings.whole_model = !(arguments.real_time && arguments.no_pictures);
   settings.stop = &stop_flag();
   settings.progress = [&bar](std::string_view stage, double fraction) { bar.update(stage, fraction); };
+  settings.on_notice = [&bar, source = arguments.source.source](const std::string& text) {
+    bar.finish();
+    fmt::print(stderr, "{}: {}\n", source, text);
+  };
   return settings;
 }
 
@@ -243,7 +247,9 @@ void add_session_arguments(CLI::App& command, Arguments& arguments) {
       ->check(CLI::Range(0.0, 1e4));
   command.add_flag("--real-time", arguments.real_time, "Play by the clock, over the network there is");
   command.add_option("--triangles", arguments.triangles, "Budget: draw at most so many")->check(not_zero());
-  command.add_option("--memory-mib", arguments.memory_mib, "Budget: hold at most so much of the model (not counted: the program, libraries, pictures)")
+  command
+      .add_option("--memory-mib", arguments.memory_mib,
+                  "Budget: hold at most so much of the model, beside the program itself")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 20U));
   command.add_option("--cache", arguments.cache, "Folder that keeps what comes (--real-time)");
   add_smooth_arguments(command, arguments.smooth);

@@ -354,7 +354,12 @@ std::optional<StreamEvent> ServerStream::take(ReconnectingEvent& event) {
     given_[arrived->cell] = arrived->segment + 1;
     return *arrived;
   }
-  if (std::holds_alternative<event::WantsServed>(event)) return event::WantsServed{epoch_};
+  if (std::holds_alternative<event::WantsServed>(event)) {
+    if (cache_) {
+      if (const Result<void> flushed = cache_->flush(); !flushed) cache_off(flushed.error());
+    }
+    return event::WantsServed{epoch_};
+  }
   if (const auto* degraded = std::get_if<event::ServerDegraded>(&event)) return *degraded;
   if (const auto* lost = std::get_if<event::ConnectionLost>(&event)) return *lost;
   if (const auto* retrying = std::get_if<event::Retrying>(&event)) return *retrying;

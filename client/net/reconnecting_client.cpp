@@ -22,6 +22,22 @@ std::uint64_t seed_of(const ReconnectOptions& options, const void* address) {
 
 }  // namespace
 
+std::string text_of(const event::ConnectionLost& lost) { return "the connection was lost: " + lost.reason.message; }
+std::string text_of(const event::Retrying& retrying) {
+  return "connecting again, attempt " + std::to_string(retrying.attempt) + " in " + std::to_string(retrying.delay_ms) +
+         " ms: " + retrying.reason;
+}
+std::string text_of(const event::ConnectionResumed& resumed) {
+  return "connected again after " + std::to_string(resumed.attempts) +
+         (resumed.attempts == 1 ? " attempt; goes on" : " attempts; goes on");
+}
+
+template <class Event>
+void ReconnectingClient::report(Event event) {
+  if (options_.on_notice) options_.on_notice(text_of(event));
+  events_.push_back(std::move(event));
+}
+
 std::vector<CellRun> state_prefixes(std::span<const std::uint32_t> prefixes) {
   for (std::size_t group = 1;; group *= 2) {
     std::vector<CellPrefix> list;
@@ -110,7 +126,7 @@ void ReconnectingClient::lost(Error error) {
   const TimeMs now_ms = steady_now_ms();
   if (was_open) {
     if (attempts_ == 0) progress_ms_ = now_ms;  // the time that is given starts with the first loss
-    events_.push_back(event::ConnectionLost{error});
+    report(event::ConnectionLost{error});
   }
   const TimeMs delay_ms = next_delay_ms();
   if (now_ms + delay_ms - progress_ms_ > options_.give_up_after_ms) {
@@ -122,7 +138,7 @@ void ReconnectingClient::lost(Error error) {
   ++attempts_;
   retry_at_ms_ = now_ms + delay_ms;
   state_ = State::waiting;
-  events_.push_back(event::Retrying{delay_ms, attempts_, error.message});
+  report(event::Retrying{delay_ms, attempts_, error.message});
 }
 
 void ReconnectingClient::progressed() {
@@ -218,7 +234,7 @@ void ReconnectingClient::take_opened(const Opened& opened) {
                                            "the server does not go on where it was, although "
                                            "it has the same asset"}));
     }
-    events_.push_back(event::ConnectionResumed{attempts_});
+    report(event::ConnectionResumed{attempts_});
   } else {
     model_ = opened;
     held_.assign(opened.cell_count, 0);

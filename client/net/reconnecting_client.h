@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <random>
@@ -28,6 +29,9 @@ struct ReconnectOptions {
   // connection is all.
   TimeMs give_up_after_ms = 120'000;
   std::uint64_t jitter_seed = 0;  // 0: taken from the clock and the address of the client
+  // Told, in a sentence for people, when the connection is lost, before each attempt, and when it is there again: at
+  // once, inside whatever call is waiting.
+  std::function<void(const std::string&)> on_notice = {};
 };
 
 // What is already held of an asset, of an earlier session.
@@ -52,6 +56,10 @@ struct ConnectionResumed {
   std::uint32_t attempts = 0;
 };
 }  // namespace event
+
+std::string text_of(const event::ConnectionLost& lost);
+std::string text_of(const event::Retrying& retrying);
+std::string text_of(const event::ConnectionResumed& resumed);
 
 using ReconnectingEvent =
     std::variant<event::BuildingModel, event::ModelOpened, event::HeadComplete, event::IndexComplete,
@@ -101,6 +109,8 @@ class ReconnectingClient {
   std::string name() const { return address_.text() + "/" + address_.model; }
 
  private:
+  template <class Event>
+  void report(Event event);
   enum class State { waiting, connecting, greeting, opening, streaming, over };
   ReconnectingClient(const ServerAddress& address, const ReconnectOptions& options, std::optional<HeldAsset> held);
   void attempt();

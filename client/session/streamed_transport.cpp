@@ -12,8 +12,9 @@ using Clock = std::chrono::steady_clock;
 
 class StreamedTransport final : public SessionTransport {
  public:
-  StreamedTransport(std::unique_ptr<SegmentStream> stream, Clock::time_point begun)
-      : stream_(std::move(stream)), begun_(begun) {}
+  StreamedTransport(std::unique_ptr<SegmentStream> stream, Clock::time_point begun,
+                    std::function<void(const std::string&)> on_notice)
+      : stream_(std::move(stream)), begun_(begun), on_notice_(std::move(on_notice)) {}
 
   Result<void> run_until(double time_s, const OnEvent& on_event) override {
     if (Result<void> begun = receive_sections(on_event); !begun) return begun;
@@ -70,15 +71,15 @@ class StreamedTransport final : public SessionTransport {
       return on_event(hindrance_of(*degraded), now_s());
     }
     if (const auto* lost = std::get_if<event::ConnectionLost>(&event)) {
-      return on_event(event::Hindered{"the connection was lost: " + lost->reason.message}, now_s());
+      return on_event(event::Hindered{text_of(*lost)}, now_s());
     }
     if (const auto* retrying = std::get_if<event::Retrying>(&event)) {
-      return on_event(event::Hindered{"connecting again, attempt " + std::to_string(retrying->attempt) + " in " +
-                                      std::to_string(retrying->delay_ms) + " ms: " + retrying->reason},
-                      now_s());
+      return on_event(event::Hindered{text_of(*retrying)}, now_s());
     }
     if (const auto* off = std::get_if<event::CacheOff>(&event)) {
-      return on_event(event::Hindered{"goes on without the cache: " + off->reason}, now_s());
+      const std::string text = "goes on without the cache: " + off->reason;
+      if (on_notice_) on_notice_(text);  // a view that is complete is no worse for it
+      return on_event(event::Hindered{text}, now_s());
     }
     if (std::holds_alternative<event::ConnectionResumed>(event)) return on_event(event::Hindered{}, now_s());
     return {};
@@ -86,6 +87,7 @@ class StreamedTransport final : public SessionTransport {
 
   std::unique_ptr<SegmentStream> stream_;
   Clock::time_point begun_;
+  std::function<void(const std::string&)> on_notice_;
   std::uint32_t newest_ = 0;
   bool sections_ = false;
 };
@@ -99,6 +101,7 @@ Result<std::unique_ptr<SegmentStream>> open_stream(const SessionSettings& settin
   if (settings.progress) {
     options.on_building = [&settings](double done) { settings.progress("the server builds the model", done); };
   }
+  options.network.on_notice = settings.on_notice;
   options.cache_folder = cache_folder;
   return SegmentStream::open(settings.source, options);
 }
@@ -108,7 +111,7 @@ Result<std::unique_ptr<SessionTransport>> streamed_transport(const SessionSettin
   Result<std::unique_ptr<SegmentStream>> stream =
       open_stream(settings, settings.cache_folder.value_or(std::filesystem::path()));
   if (!stream) return tl::unexpected(stream.error());
-  return std::make_unique<StreamedTransport>(std::move(*stream), begun);
+  return std::make_unique<StreamedTransport>(std::move(*stream), begun, settings.on_notice);
 }
 
 }  // namespace fanstream

@@ -66,6 +66,8 @@ struct SessionSettings {
   bool whole_model = true;  // the model is wanted in OpenedSession::full too
   const std::atomic<bool>* stop = nullptr;
   std::function<void(std::string_view stage, double fraction)> progress = {};
+  // Told, in a sentence, what people want to know while they wait: connections lost and found, a cache given up.
+  std::function<void(const std::string&)> on_notice = {};
 };
 
 struct OpenedSession {

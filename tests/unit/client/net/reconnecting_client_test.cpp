@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "tests/support/built_model.h"
@@ -105,6 +106,25 @@ TEST_F(ReconnectingClientTest, CutAtEveryByteInTurnItIsStillExact) {
   ASSERT_FALSE(error) << error->message;
   EXPECT_TRUE(received.complete());
   EXPECT_GT(relay.connections(), 300U);
+}
+
+// Nobody takes events while a head is waited for: who waits would otherwise hear nothing of it for minutes.
+TEST_F(ReconnectingClientTest, WhatHappensToTheConnectionIsToldWhileAHeadIsWaitedFor) {
+  RepeatedlyCuttingRelay relay(models.port(), [](unsigned n) { return n < 3 ? 100 : 1U << 20U; });
+  ReconnectOptions options = hasty();
+  std::vector<std::string> told;
+  options.on_notice = [&](const std::string& text) { told.push_back(text); };
+  const auto client = ReconnectingClient::start(at(relay.port()), options);
+  ASSERT_TRUE(client);
+  const auto head = (*client)->receive_head();
+  ASSERT_TRUE(head) << head.error().message;
+  const auto count = [&](const std::string& start) {
+    return std::count_if(told.begin(), told.end(), [&](const std::string& text) { return text.starts_with(start); });
+  };
+  EXPECT_GE(count("the connection was lost: 127.0.0.1:"), 1);
+  EXPECT_EQ(count("connecting again, attempt "), 3);
+  EXPECT_GE(count("connected again after "), 1);
+  EXPECT_LE(told.size(), 9U);
 }
 
 TEST_F(ReconnectingClientTest, ReleasesAndNewListsSurviveTheLossOfTheConnection) {
