@@ -47,7 +47,7 @@ bool SendPlan::work(std::size_t& entry_budget) {
 }
 
 // False if a cell stated as held has no such prefix.
-bool SendPlan::set_sent(const Walk& walk, std::uint32_t cell, std::uint32_t prefix) {
+bool SendPlan::set_sent(const SentWalk& walk, std::uint32_t cell, std::uint32_t prefix) {
   if (walk.release) {
     sent_[cell] = static_cast<std::uint16_t>(std::min<std::uint32_t>(sent_[cell], prefix));
     return true;

@@ -31,6 +31,15 @@ struct DataFrame {
   std::uint32_t finished_segments = 0;  // that are whole with this frame
 };
 
+// Cells whose sent prefixes change, and how far that has come. Not within the class: as part of that it could not be
+// made in place yet, says clang.
+struct SentWalk {
+  std::vector<CellRun> runs;
+  bool release = false;  // else: held from before
+  std::size_t run = 0;
+  std::uint32_t run_cell = 0;
+};
+
 class SendPlan {
  public:
   // What stops the plan from giving a frame right now.
@@ -80,15 +89,8 @@ class SendPlan {
   struct OpenSegment {
     std::uint32_t cell, segment, offset_bytes;
   };
-  // Cells whose sent prefixes change, and how far that has come.
-  struct Walk {
-    std::vector<CellRun> runs;
-    bool release = false;  // else: held from before
-    std::size_t run = 0;
-    std::uint32_t run_cell = 0;
-  };
   bool in_range(const CellRun& run) const;
-  bool set_sent(const Walk& walk, std::uint32_t cell, std::uint32_t prefix);
+  bool set_sent(const SentWalk& walk, std::uint32_t cell, std::uint32_t prefix);
   bool give_blob(std::uint64_t credit_bytes, DataFrame& frame);
   void give_part(const OpenSegment& part, Bytes whole, DataFrame& frame);
   Next next_wanted(std::uint64_t credit_bytes, std::size_t& entry_budget, DataFrame& frame);
@@ -98,7 +100,7 @@ class SendPlan {
   std::uint64_t head_size_ = 0, head_sent_ = 0;
   std::uint64_t index_size_ = 0, index_sent_ = 0;
   std::vector<std::uint16_t> sent_;  // per cell: how many segments were chosen, or are held by the client
-  std::optional<Walk> walk_;
+  std::optional<SentWalk> walk_;
   bool have_is_valid_ = true;
   std::uint64_t segment_total_ = 0;
   std::uint32_t release_count_ = 0;
