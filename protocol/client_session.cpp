@@ -29,7 +29,8 @@ ClientSession::ClientSession(const ClientSessionOptions& options, TimeMs now_ms)
 
 void ClientSession::list() {
   assert(welcomed_);
-  ++lists_pending_;
+  list_pending_ = true;
+  ++catalogues_to_come_;
   progressed_ = true;
   write_frame(FrameType::list, {}, output_);
 }
@@ -160,7 +161,7 @@ ClientEvent ClientSession::unexpected(FrameType type, std::string_view why) {
 
 std::string_view ClientSession::awaiting() const {
   if (!welcomed_) return "the server's welcome";
-  if (lists_pending_ > 0) return "the catalogue";
+  if (list_pending_) return "the catalogue";
   if (opening_) return "the model to be opened";
   if (model_ && !head_told_) return "the model's head";
   if (model_ && !index_told_) return "the model's index";
@@ -258,13 +259,14 @@ std::optional<ClientEvent> ClientSession::handle_welcome(Bytes payload) {
 std::optional<ClientEvent> ClientSession::handle_catalogue(Bytes payload) {
   Result<CataloguePart> part = decode_catalogue(payload);
   if (!part) return fail_with(part.error().kind, part.error().message);
-  if (lists_pending_ == 0) return unexpected(FrameType::catalogue, "without being asked");
+  if (catalogues_to_come_ == 0) return unexpected(FrameType::catalogue, "without being asked");
   if (catalogue_.size() + part->entries.size() > kMaxCatalogueEntries) {
     return fail_with(ErrorKind::limit, "the server's catalogue has more than 65536 entries");
   }
   for (CatalogueEntry& entry : part->entries) catalogue_.push_back(std::move(entry));
   if (!part->last) return std::nullopt;
-  lists_pending_ = 0;  // one answer serves all requests before it
+  list_pending_ = false;  // one answer serves all requests before it; one that crossed it has an answer of its own
+  --catalogues_to_come_;
   return event::Catalogue{std::exchange(catalogue_, {})};
 }
 

@@ -178,7 +178,8 @@ class ClientSession {
   std::optional<std::string> closed_;  // the transport ended, and why
 
   bool welcomed_ = false;
-  std::uint32_t lists_pending_ = 0;
+  bool list_pending_ = false;
+  std::uint64_t catalogues_to_come_ = 0;  // at most
   std::vector<CatalogueEntry> catalogue_;
   std::optional<std::string> opening_;
   std::optional<Have> have_;

@@ -66,6 +66,27 @@ TEST(ClientSession, AListSaidToBeServedWithASegmentMissingEndsTheSessionByName) 
   }
 }
 
+// The second request left before the first answer came: it may be served with it, or by itself.
+TEST(ClientSession, ACatalogueMayComeForEachRequestButNotMoreOften) {
+  ClientSession session({}, 0);
+  std::vector<std::byte> welcome, catalogue;
+  encode(Welcome{}, welcome);
+  encode_catalogue({{"m", ModelState::failed, 0, "broken"}}, catalogue);
+  session.receive(welcome, 1);
+  ASSERT_TRUE(std::holds_alternative<event::Welcomed>(session.next_event().value()));
+  session.list();
+  session.list();
+  for (int i = 0; i < 2; ++i) {
+    session.receive(catalogue, 2);
+    const std::optional<ClientEvent> event = session.next_event();
+    ASSERT_TRUE(event && std::holds_alternative<event::Catalogue>(*event)) << i;
+  }
+  session.receive(catalogue, 3);
+  const std::optional<ClientEvent> event = session.next_event();
+  ASSERT_TRUE(event && std::holds_alternative<event::Failed>(*event));
+  EXPECT_NE(std::get<event::Failed>(*event).error.message.find("without being asked"), std::string::npos);
+}
+
 TEST(ClientSession, AListSaidToBeServedBeforeTheIndexEndsTheSession) {
   ClientSession session({}, 0);
   ASSERT_TRUE(session.open("model"));
