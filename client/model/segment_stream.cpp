@@ -157,7 +157,11 @@ class ServerStream final : public SegmentStream {
  private:
   Result<void> connect(std::optional<HeldAsset> held);
   std::optional<HeldAsset> cached_asset(const Digest& digest);
-  void keep(const Result<bool>& kept);
+  // What the cache says to what it is asked to keep.
+  template <class T>
+  void keep(const Result<T>& kept) {
+    if (!kept) cache_off(kept.error());
+  }
   void cache_off(const Error& why);
   Result<void> release_what_only_the_cache_had();
   Result<void> fetch_again(std::uint32_t cell, std::uint32_t segment);
@@ -183,10 +187,6 @@ class ServerStream final : public SegmentStream {
 void ServerStream::cache_off(const Error& why) {
   cache_.reset();
   cache_off_reason_ = why.message;
-}
-
-void ServerStream::keep(const Result<bool>& kept) {
-  if (!kept) cache_off(kept.error());
 }
 
 // Head, index and prefixes as they can be stated to the server; nothing if the cache has none of it.
@@ -355,9 +355,7 @@ std::optional<StreamEvent> ServerStream::take(ReconnectingEvent& event) {
     return *arrived;
   }
   if (std::holds_alternative<event::WantsServed>(event)) {
-    if (cache_) {
-      if (const Result<void> flushed = cache_->flush(); !flushed) cache_off(flushed.error());
-    }
+    if (cache_) keep(cache_->flush());
     return event::WantsServed{epoch_};
   }
   if (const auto* degraded = std::get_if<event::ServerDegraded>(&event)) return *degraded;

@@ -8,8 +8,6 @@
 #include "common/support/free_memory.h"
 
 namespace fanstream {
-namespace {}  // namespace
-
 ViewModel::ViewModel(std::shared_ptr<const AssetHead> head) : mesh_(std::move(head), MeshMemory::live_part) {}
 
 Result<void> ViewModel::set_index(AssetIndex index, const std::string& name) {

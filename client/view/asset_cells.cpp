@@ -12,8 +12,8 @@ float no_less(double error) {
 }
 
 glm::dvec3 middle_of(const PositionGrid& grid) {
-  const GridPoint last(grid.code_count(0) - 1, grid.code_count(1) - 1, grid.code_count(2) - 1);
-  return 0.5 * (grid.decode(GridPoint(0)) + grid.decode(last));
+  const Bounds bounds = grid.bounds();
+  return 0.5 * (bounds.low + bounds.high);
 }
 
 void set_page(const AssetHead& head, const AssetIndex& index, std::uint32_t cell, CellTable& table) {

@@ -365,11 +365,10 @@ class IndexReader {
       if (slab > 0) slab_cells = count_children(slab_first);
       // Every cell holds a vertex of its own.
       if (slab_cells > head_.vertex_count) return tl::unexpected(in_.error(name_, "more cells than vertices"));
-      const std::uint64_t all_cells = index_.cells.size() + slab_cells;
-      const std::uint64_t all_segments = index_.segments.size() + slab_cells * head_.layers_of(slab);
-      if (all_cells > kMostCells || all_segments > kMostSegments) {
-        return fail(ErrorKind::limit, name_ + ": more than " + std::to_string(kMostCells) + " cells or " +
-                                          std::to_string(kMostSegments) + " segments; build it with larger cells");
+      if (Result<void> size = check_index_size(index_.cells.size() + slab_cells,
+                                               index_.segments.size() + slab_cells * head_.layers_of(slab));
+          !size) {
+        return tl::unexpected(with_context(size.error(), name_));
       }
       const auto first = static_cast<std::uint32_t>(index_.cells.size());
       add_cells(slab, slab_cells);

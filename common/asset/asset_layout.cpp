@@ -29,6 +29,12 @@ bool is_believable(std::uint64_t vertices, std::uint64_t section_bytes) {
   return vertices <= kWithoutQuestion || (vertices - kWithoutQuestion) / kMostPerByte <= section_bytes;
 }
 
+Result<void> check_index_size(std::uint64_t cells, std::uint64_t segments) {
+  if (cells <= kMostCells && segments <= kMostSegments) return {};
+  return fail(ErrorKind::limit, "more than " + std::to_string(kMostCells) + " cells or " +
+                                    std::to_string(kMostSegments) + " segments; build it with larger cells");
+}
+
 std::uint32_t block_checksum(std::span<const std::byte> block) {
   return static_cast<std::uint32_t>(XXH3_64bits(block.data(), block.size()));
 }

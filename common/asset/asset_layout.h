@@ -170,6 +170,9 @@ std::uint32_t block_checksum(std::span<const std::byte> block);
 // cell; nothing near an eighth of a bit for each vertex has ever been seen (a flat grid takes 5 bits).
 bool is_believable(std::uint64_t vertices, std::uint64_t section_bytes);
 
+// Fails (limit) beyond kMostCells and kMostSegments.
+Result<void> check_index_size(std::uint64_t cells, std::uint64_t segments);
+
 // `data` is exactly the section; every count is checked before anything is allocated for it. Errors start with `name`.
 // read_index fails (limit) where the preamble's sizes are not believable for the vertices, or there are more cells or
 // segments than the most.

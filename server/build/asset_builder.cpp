@@ -219,15 +219,11 @@ class Builder {
         });
     if (!replayed) return replayed;
     index_.cells = grower.cells();
-    if (index_.cells.size() > kMostCells) {
-      return fail(ErrorKind::limit, std::to_string(index_.cells.size()) + " cells, the limit is " +
-                                        std::to_string(kMostCells) +
-                                        "; ask for more vertices in each (--cell-vertices)");
-    }
     index_.base_next_splits = std::move(base_next_splits);
     report("measure errors", 0.0);
     surface.finish(errors.get(), index_.cells);
     fill_index(by_cell, surface);
+    if (Result<void> size = check_index_size(index_.cells.size(), index_.segments.size()); !size) return size;
     const std::uint32_t slabs = head_.slab_count();
     const auto last_cells = std::count_if(index_.cells.begin(), index_.cells.end(),
                                           [&](const CellEntry& cell) { return cell.slab + 1 == slabs; });

@@ -1,10 +1,8 @@
 #include "tests/bench/view_peer.h"
 
 #include <algorithm>
-#include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
-#include <numbers>
 
 #include "common/geometry/triangle_tree.h"
 #include "tests/bench/peer_level.h"
@@ -100,22 +98,11 @@ Result<ViewBesidePeer> deliver(const std::shared_ptr<const OpenAsset>& asset, co
 
 }  // namespace
 
-PictureError::PictureError(const TriangleMesh& full, const View& view, std::size_t samples)
-    : to_eye_(view_matrix(view.camera)),
-      focal_px_(view.height_px / (2.0 * std::tan(view.camera.fov_deg * std::numbers::pi / 360.0))) {
+PictureError::PictureError(const TriangleMesh& full, const View& view, std::size_t samples) : projection_(view) {
   for (const SpreadPoint& point : spread_points(full, samples)) {
     if (!faces_eye(full, full.triangles[point.face], view)) continue;
-    const glm::dvec3 at = in_picture(point.place);
-    if (at.z < view.near_distance || std::abs(at.x) > 0.5 * view.width_px || std::abs(at.y) > 0.5 * view.height_px)
-      continue;
-    samples_.push_back(point);
+    if (projection_.is_drawn(point.place) && projection_.in_picture(point.place)) samples_.push_back(point);
   }
-}
-
-glm::dvec3 PictureError::in_picture(const glm::dvec3& place) const {
-  const glm::dvec3 eye(to_eye_ * glm::dvec4(place, 1.0));
-  const double depth = -eye.z;
-  return {focal_px_ * eye.x / depth, focal_px_ * eye.y / depth, depth};
 }
 
 Result<double> PictureError::of(const TriangleMesh& shown) const {
@@ -126,9 +113,8 @@ Result<double> PictureError::of(const TriangleMesh& shown) const {
   for (const SpreadPoint& sample : samples_) {
     const SurfacePoint nearest = tree->closest(sample.place, hint);
     hint = nearest.slot;
-    const glm::dvec3 belongs = in_picture(sample.place);
-    const glm::dvec3 drawn = in_picture(nearest.position);
-    if (drawn.z > 0.0) most = std::max(most, std::hypot(drawn.x - belongs.x, drawn.y - belongs.y));
+    if (projection_.depth(nearest.position) <= 0.0) continue;
+    most = std::max(most, glm::distance(projection_.pixel(nearest.position), projection_.pixel(sample.place)));
   }
   return most;
 }

@@ -9,6 +9,7 @@
 #include "client/view/criteria.h"
 #include "common/geometry/spread_points.h"
 #include "tests/bench/open_asset.h"
+#include "tests/support/projection.h"
 
 namespace fanstream::bench {
 
@@ -24,10 +25,7 @@ class PictureError {
   std::size_t sample_count() const { return samples_.size(); }
 
  private:
-  glm::dvec3 in_picture(const glm::dvec3& place) const;  // px right of and above its middle; depth
-
-  glm::dmat4 to_eye_;
-  double focal_px_;
+  testing::Projection projection_;
   std::vector<SpreadPoint> samples_;
 };
 

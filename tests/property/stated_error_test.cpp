@@ -6,13 +6,13 @@
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
 
 #include "client/session/view_model.h"
 #include "common/geometry/triangle_tree.h"
 #include "tests/support/asset_helpers.h"
 #include "tests/support/cleaned_shared_mesh.h"
 #include "tests/support/mesh_generators.h"
+#include "tests/support/projection.h"
 #include "tests/support/random_directions.h"
 
 namespace fanstream {
@@ -46,30 +46,6 @@ View random_view(const TriangleMesh& full, const Bounds& bounds, SeededRandom& r
   view.near_distance = depth_range(camera, bounds).near_distance;
   return view;
 }
-
-// Places in the picture.
-class Projection {
- public:
-  explicit Projection(const View& view, const Bounds& bounds)
-      : view_(view),
-        to_eye_(view_matrix(view.camera)),
-        to_clip_(projection_matrix(view.camera, static_cast<double>(view.width_px) / view.height_px,
-                                   depth_range(view.camera, bounds))) {}
-
-  bool is_drawn(const glm::dvec3& p) const { return -(to_eye_ * glm::dvec4(p, 1.0)).z >= view_.near_distance; }
-  glm::dvec2 pixel(const glm::dvec3& p) const {
-    const glm::dvec4 clip = to_clip_ * (to_eye_ * glm::dvec4(p, 1.0));
-    return {(clip.x / clip.w * 0.5 + 0.5) * view_.width_px, (clip.y / clip.w * 0.5 + 0.5) * view_.height_px};
-  }
-  bool is_inside(const glm::dvec2& pixel) const {
-    return pixel.x >= 0.0 && pixel.x <= view_.width_px && pixel.y >= 0.0 && pixel.y <= view_.height_px;
-  }
-
- private:
-  const View& view_;
-  glm::dmat4 to_eye_;
-  glm::dmat4 to_clip_;
-};
 
 struct Figures {
   std::size_t views = 0;
@@ -134,7 +110,7 @@ class ModelUnderTest {
     const TriangleMesh shown = model.mesh().triangle_mesh();
     const auto tree = TriangleTree::build(shown);
     ASSERT_TRUE(tree);
-    const Projection projection(view, bounds_);
+    const testing::Projection projection(view);
     constexpr std::size_t kTriangles = 3000;
     double farthest = 0.0;
     glm::dvec3 where(0.0);

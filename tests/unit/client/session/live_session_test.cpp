@@ -3,14 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
+#include <glm/geometric.hpp>
 
 #include "client/session/built_in_paths.h"
 #include "common/asset/asset_file.h"
 #include "common/fans/fan_shape.h"
 #include "common/geometry/triangle_tree.h"
 #include "common/refine/full_mesh.h"
+#include "tests/support/projection.h"
 #include "tests/support/seeded_random.h"
 #include "tests/support/small_assets.h"
 
@@ -189,18 +189,14 @@ TEST(LiveSession, TheStatedErrorHoldsForWhatComesNearerThanTheCoarsestMesh) {
   TriangleMesh drawn{{}, triangles_of(shown)};
   for (const Vertex& v : shown.vertices) drawn.positions.emplace_back(v.point);
   const TriangleTree tree = TriangleTree::build(drawn).value();
-  const double near = depth_range(camera, bounds_of(full.positions)).near_distance;
-  const double focal_px = path.height / (2.0 * std::tan(camera.fov_deg * std::numbers::pi / 360.0));
-  const auto in_picture = [&](const glm::dvec3& p) {
-    const glm::dvec3 at(view_matrix(camera) * glm::dvec4(p, 1.0));
-    return glm::dvec3(focal_px * at.x / -at.z, focal_px * at.y / -at.z, -at.z);
-  };
+  const View view{camera, path.width, path.height, depth_range(camera, bounds_of(full.positions)).near_distance};
+  const testing::Projection projection(view);
   double farthest = 0.0;
   for (const glm::dvec3& p : full.positions) {
-    const glm::dvec3 belongs = in_picture(p);
-    if (belongs.z < near || std::abs(belongs.x) > 320.0 || std::abs(belongs.y) > 240.0) continue;
-    const glm::dvec3 is = in_picture(tree.closest(p).position);
-    if (is.z >= near) farthest = std::max(farthest, std::hypot(is.x - belongs.x, is.y - belongs.y));
+    if (!projection.is_drawn(p) || !projection.in_picture(p)) continue;
+    const glm::dvec3 is = tree.closest(p).position;
+    if (projection.is_drawn(is))
+      farthest = std::max(farthest, glm::distance(projection.pixel(is), projection.pixel(p)));
   }
   EXPECT_GT(farthest, 1.0);
   EXPECT_LE(farthest, *step.error_px);

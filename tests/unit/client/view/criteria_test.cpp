@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/support/projection.h"
 #include "tests/support/random_directions.h"
 #include "tests/unit/client/view/cell_world.h"
 
@@ -16,6 +17,7 @@ namespace fanstream {
 namespace {
 
 using testing::direction_on_rim;
+using testing::Projection;
 using testing::random_direction;
 using testing::random_view;
 using testing::SeededRandom;
@@ -24,27 +26,6 @@ using testing::SeededRandom;
 glm::dvec3 random_in_ball(SeededRandom& random, const glm::dvec3& center, double radius) {
   return center + random_direction(random) * (radius * (random.one_in(2) ? 1.0 : random.unit()));
 }
-
-// A projection of the tests' own, by the matrices that the renderer uses.
-struct Projection {
-  glm::dmat4 view_to_eye;
-  glm::dmat4 eye_to_clip;
-  glm::dvec2 half_size;
-  explicit Projection(const View& view)
-      : view_to_eye(view_matrix(view.camera)),
-        eye_to_clip(projection_matrix(view.camera, static_cast<double>(view.width_px) / view.height_px, {0.1, 10.0})),
-        half_size(view.width_px / 2.0, view.height_px / 2.0) {}
-  double depth(const glm::dvec3& p) const { return -(view_to_eye * glm::dvec4(p, 1.0)).z; }
-  // From the picture's centre, in pixels; only for what is in front of the eye.
-  glm::dvec2 pixel(const glm::dvec3& p) const {
-    const glm::dvec4 clip = eye_to_clip * (view_to_eye * glm::dvec4(p, 1.0));
-    return glm::dvec2(clip.x, clip.y) / clip.w * half_size;
-  }
-  bool in_picture(const glm::dvec3& p) const {
-    const glm::dvec2 at = pixel(p);
-    return std::abs(at.x) <= half_size.x && std::abs(at.y) <= half_size.y;
-  }
-};
 
 // Spheres about a place, and points of their convex hull.
 struct RandomHull {
@@ -92,7 +73,7 @@ struct PairsOfPoints {
     for (int i = 0; i < 60; ++i) {
       const glm::dvec3 there = point();
       const glm::dvec3 drawn = random_in_ball(random, there, error);
-      if (projection.depth(there) < view.near_distance || projection.depth(drawn) < view.near_distance) continue;
+      if (!projection.is_drawn(there) || !projection.is_drawn(drawn)) continue;
       if (!projection.in_picture(there) && !projection.in_picture(drawn)) continue;
       ASSERT_TRUE(judgement.in_frustum);
       const double off = glm::distance(projection.pixel(there), projection.pixel(drawn));
